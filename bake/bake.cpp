@@ -42,7 +42,7 @@ void add_encoder(const BakeOptions& options, Encoders& encoders) {
   const bool wanted =
       options.encoding == kAutomatic
           ? Baking::kAutomatic && keeps_colors && may_choose(Baking::kKind, options)
-          : options.encoding == format::EncodingOfContent<typename Baking::Data>::kName ||
+          : options.encoding == kernels::encoding_of_field<typename Baking::Field>().name ||
                 (options.encoding == Baking::kStandsInFor && keeps_colors && !options.resolution);
   if (wanted) encoders.push_back(Baking::make(options));
 }

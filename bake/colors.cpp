@@ -10,10 +10,10 @@
 #include <optional>
 
 #include "bake/encoder.hpp"
-#include "bake/proof/polygon.hpp"
-#include "bake/proof/voxelize.hpp"
+#include "bake/planes/polygon.hpp"
+#include "bake/planes/voxelize.hpp"
 #include "kernels/reference/parts.hpp"
-#include "kernels/reference/proof/colors.hpp"
+#include "kernels/reference/planes/colors.hpp"
 
 namespace nif::bake {
 namespace {
@@ -159,15 +159,15 @@ uint16_t packed(const Double3& color) {
 }
 
 /// None where the encoding has no grid.
-std::optional<kernels::ProofField> grid_of(const kernels::AnyField& field) {
-  const kernels::ProofField* grid = std::visit([](const auto& own) { return kernels::grid_of(own); }, field);
+std::optional<kernels::PlanesField> grid_of(const kernels::AnyField& field) {
+  const kernels::PlanesField* grid = std::visit([](const auto& own) { return kernels::grid_of(own); }, field);
   return grid ? std::optional(*grid) : std::nullopt;
 }
 
 }  // namespace
 
 void reserve_colors(const Prepared& prepared, Form& form) {
-  const std::optional<kernels::ProofField> grid = grid_of(form.field());
+  const std::optional<kernels::PlanesField> grid = grid_of(form.field());
   if (!grid || !prepared.source->look.known()) return;
   form.object().colors.emplace(grid->surface_voxels);
   const uint64_t bytes = grid->surface_voxels * sizeof(uint16_t);
@@ -185,7 +185,7 @@ bool has_colors(const mesh::Scene& scene) {
 }
 
 format::Colors mean_colors(const mesh::Scene& scene, const Prepared& prepared,
-                           const kernels::ProofField& field) {
+                           const kernels::PlanesField& field) {
   Grid grid;
   std::copy_n(field.origin, 3, grid.origin.begin());
   grid.voxels_per_unit = field.voxels_per_unit;

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "bake/oracle/prepare.hpp"
-#include "formats/nif/proof/colors.hpp"
-#include "kernels/reference/proof/field.hpp"
+#include "formats/nif/planes/colors.hpp"
+#include "kernels/reference/planes/field.hpp"
 
 namespace nif::bake {
 
@@ -22,6 +22,6 @@ void fill_colors(const mesh::Scene& scene, const Prepared& prepared, Form& form)
 /// that they have there. `scene` has the object's source mesh with its appearance, and the materials. Runs on
 /// all threads; the result does not depend on their number.
 format::Colors mean_colors(const mesh::Scene& scene, const Prepared& prepared,
-                           const kernels::ProofField& field);
+                           const kernels::PlanesField& field);
 
 }  // namespace nif::bake

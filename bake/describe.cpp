@@ -1,38 +1,90 @@
-// Writes what objects of all encodings have, then visits the variant for the rest: each encoding brings
-// its own describe(), summary() and details(). So a new encoding changes nothing here.
+// Writes what all objects have, then asks each part for the rest. So an encoding says what its parts say.
 #include "bake/describe.hpp"
 
-#include <nlohmann/json.hpp>
-#include <set>
+#include <fmt/format.h>
 
-#include "bake/encodings.hpp"
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "bake/spherical/describe.hpp"
 
 namespace nif::bake {
+namespace {
+
+void describe(const format::PlanesView& view, nlohmann::ordered_json& json, nlohmann::ordered_json&) {
+  json["voxels"] = view.field.voxels;
+  json["levels"] = view.field.levels;
+  json["surface_voxels"] = view.field.surface_voxels;
+  json["parts"] = view.field.part_count;
+}
+
+std::string summary(const format::PlanesView& view) {
+  const kernels::PlanesField& grid = view.field;
+  return fmt::format("{} x {} x {} voxels, {} of them surface in {} parts", grid.voxels[0], grid.voxels[1],
+                     grid.voxels[2], grid.surface_voxels, grid.part_count);
+}
+
+void describe(const format::TrianglesView& view, nlohmann::ordered_json& json, nlohmann::ordered_json&) {
+  json["nodes"] = view.field.node_count;
+  json["vertices"] = view.field.vertex_count;
+}
+
+std::string summary(const format::TrianglesView& view) {
+  return fmt::format("{} nodes", view.field.node_count);
+}
+
+void describe(const format::NetworkView& view, nlohmann::ordered_json& json, nlohmann::ordered_json&) {
+  const kernels::NetworkField& field = view.field;
+  std::vector<uint32_t> widths;
+  for (uint32_t l = 0; l < field.network.layer_count; ++l) widths.push_back(field.network.layers[l].outputs);
+  json["corners"] = field.corners;
+  json["features_per_corner"] = field.features_per_corner;
+  json["samples"] = field.samples;
+  json["network"] = view.mlp;
+  json["layers"] = widths;
+  json["threshold"] = field.network.calibration.threshold;
+}
+
+std::string summary(const format::NetworkView& view) {
+  const int32_t threshold = view.field.network.calibration.threshold;
+  const std::string leans =
+      threshold == 0
+          ? ""
+          : fmt::format(", leans to {} by {}", threshold > 0 ? "occluded" : "visible", std::abs(threshold));
+  return fmt::format("{} corners{}", view.field.corners, leans);
+}
+
+}  // namespace
 
 nlohmann::ordered_json describe(const format::ObjectView& object) {
   nlohmann::ordered_json json{{"name", object.name},
-                              {"encoding", format::encoding_name(object.content)},
-                              {"triangles", object.triangles},
+                              {"encoding", format::encoding_of(object).name},
+                              {"triangles", object.triangle_count},
                               {"bounds", {object.aabb_min, object.aabb_max}},
                               {"bias", object.bias}};
-  std::visit([&](const auto& own) { describe(own, json); }, object.content);
+  nlohmann::ordered_json bytes;
+  format::for_each_part([&](auto part) {
+    const auto* view = part.of(object);
+    if (!view) return;
+    for (const format::PartBytes& one : view->parts()) bytes[one.name] = one.bytes;
+    describe(*view, json, bytes);
+  });
+  json["bytes"] = std::move(bytes);
   return json;
 }
 
 std::string summary(const format::ObjectView& object) {
-  return format::encoding_name(object.content) + std::string(", ") +
-         std::visit([](const auto& own) { return summary(own); }, object.content);
+  std::string text = format::encoding_of(object).name;
+  format::for_each_part([&](auto part) {
+    if (part.of(object)) text += ", " + summary(*part.of(object));
+  });
+  return text;
 }
 
 std::vector<std::string> details(const format::AssetView& asset) {
-  std::vector<std::string> lines;
-  std::set<uint32_t> told;
-  for (const format::ObjectView& object : asset.objects) {
-    if (!told.insert(format::encoding_number(object.content)).second) continue;
-    for (std::string& line : std::visit([](const auto& own) { return details(own); }, object.content))
-      lines.push_back(std::move(line));
-  }
-  return lines;
+  for (const format::ObjectView& object : asset.objects)
+    if (object.spherical) return details(*object.spherical);
+  return {};
 }
 
 }  // namespace nif::bake

@@ -2,6 +2,7 @@
 // encoding, and the folders of the encodings.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
@@ -15,6 +16,15 @@
 #include "formats/nif/writer.hpp"
 
 namespace nif::bake {
+
+/// What of an object's sections holds the payloads of a part: all but the records.
+template <class Part>
+uint64_t payload_bytes(const format::SectionBytes& sections) {
+  uint64_t sum = 0;
+  for (const auto& [type, bytes] : sections)
+    if (std::ranges::find(Part::kPayloads, type) != std::end(Part::kPayloads)) sum += bytes;
+  return sum;
+}
 
 /// An object in one encoding, as far as it is made.
 struct Form {

@@ -1,8 +1,8 @@
-// The encodings that the baker makes: this list, and what is built from it. A new encoding adds a folder here
-// with its encoder.hpp, and its name to the list (docs/adding-an-encoding.md).
+// The encodings that the baker makes: this list, and what is built from it. A new encoding adds a file to
+// bake/encodings, and its name to the list (docs/adding-a-part.md).
 //
-// A folder's encoder.hpp has a structure for the list, with
-// - Data: the format's;
+// That file has a structure for the list, with
+// - Field: the kernels';
 // - Options: the members that BakeOptions has for it alone;
 // - Report: what ObjectReport says of its objects alone;
 // - kAutomatic: whether "auto" may choose it;
@@ -12,20 +12,18 @@
 // - kKind: what its answers are (bake/choice.hpp);
 // - kHelp: what it is, for `nif bake --help`;
 // - make(const BakeOptions&): its Encoder (bake/encoder.hpp);
-// and overloads of these functions, by its report and by the format's views:
+// and overloads of these functions, by its report:
 // - add_report(report, json): for `nif bake --json`;
-// - add_metadata(report, object report, object, json): for the asset's metadata;
-// - describe(view, json), summary(view), details(view): for `nif info`, as JSON, in a few words, and as lines
-//   for people.
+// - add_metadata(report, object report, object, json): for the asset's metadata.
 #pragma once
 
 #include <tuple>
 #include <variant>
 
-#include "bake/bvh/encoder.hpp"
-#include "bake/exact/encoder.hpp"
-#include "bake/proof/encoder.hpp"
-#include "bake/segment/encoder.hpp"
+#include "bake/encodings/bvh.hpp"
+#include "bake/encodings/exact.hpp"
+#include "bake/encodings/proof.hpp"
+#include "bake/encodings/segment.hpp"
 #include "bake/spherical/encoder.hpp"
 
 namespace nif::bake {

@@ -19,7 +19,7 @@ struct EncodingChoice {
 };
 template <class... Baking>
 struct ChoicesOf {
-  static constexpr EncodingChoice kAll[] = {{format::EncodingOfContent<typename Baking::Data>::kName,
+  static constexpr EncodingChoice kAll[] = {{kernels::encoding_of_field<typename Baking::Field>().name,
                                              Baking::kHelp, Baking::kAutomatic, Baking::kGrids,
                                              Baking::kKind}...};
 };

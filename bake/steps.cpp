@@ -17,7 +17,7 @@ format::Object describe(const Prepared& prepared, ObjectReport& report) {
   object.aabb_min = prepared.box.min;
   object.aabb_max = prepared.box.max;
   object.bias = prepared.bias;
-  object.triangles = uint32_t(std::min<uint64_t>(prepared.surface.triangles.size(), 0xffffffffu));
+  object.triangle_count = uint32_t(std::min<uint64_t>(prepared.surface.triangles.size(), 0xffffffffu));
   report.name = object.name;
   report.triangles = prepared.surface.triangles.size();
   report.cleaned = prepared.surface.report;
@@ -58,7 +58,7 @@ SetHits measure_hits(const RaySource& source, const kernels::AnyField& field, do
   constexpr uint64_t kLeast = 1000;  // of an object of many
   const uint64_t all = std::max<uint64_t>(1, options.evaluation_rays / 10);
   const size_t count = size_t(std::min(std::max(kLeast, all / objects), all));
-  const auto* proof = std::get_if<kernels::ProofField>(&field);
+  const auto* proof = std::get_if<kernels::PlanesField>(&field);
   const ObjectScale scale{diagonal, proof && !kernels::has_planes(*proof) ? 0 : voxels_per_unit(field)};
   for (const RaySet set : kHitSets) {
     begin(set);

@@ -102,8 +102,8 @@ template <class Field>
 double fineness_of(const Field& field) {
   if constexpr (requires { field.voxels_per_unit; })
     return double(field.voxels_per_unit);
-  else if constexpr (requires { field.proof; })
-    return fineness_of(field.proof);
+  else if constexpr (requires { field.planes; })
+    return fineness_of(field.planes);
   else
     return 0;
 }

@@ -101,12 +101,13 @@ void add_report(const SphericalBaking::Report& report, nlohmann::ordered_json& j
 
 void add_metadata(const SphericalBaking::Report& report, const ObjectReport& all,
                   const format::Object& object, nlohmann::ordered_json& json) {
-  json["networks"] = object.as<format::SphericalData>().network;
+  json["networks"] = object.spherical->network;
   json["training_rays"] = all.training_rays;
   if (object.primary) json["primary_rays"] = report.primary_rays;
 }
 
-void describe(const format::SphericalView& view, nlohmann::ordered_json& json) {
+void describe(const format::SphericalView& view, nlohmann::ordered_json& json,
+              nlohmann::ordered_json& bytes) {
   const kernels::SphericalField& field = view.field;
   json["network"] = view.network;
   nlohmann::ordered_json outer = describe(field.outer_position, field.outer),
@@ -115,15 +116,13 @@ void describe(const format::SphericalView& view, nlohmann::ordered_json& json) {
   inner["distance_features"] = field.distance.features;
   const GridBytes grids = grid_bytes(field);
   const PaperBytes paper = paper_bytes(field);
+  bytes["outer_grids"] = grids.outer;
+  bytes["inner_grids"] = grids.inner + grids.distance;
+  bytes["outer_network"] = bytes_of(field.outer);
+  bytes["inner_network"] = bytes_of(field.inner);
   json.update(nlohmann::ordered_json{{"outer", std::move(outer)},
                                      {"inner", std::move(inner)},
                                      {"grid_precision", field.distance.values.half ? "half" : "single"},
-                                     {"bytes",
-                                      {{"grids", view.grid_bytes},
-                                       {"outer_grids", grids.outer},
-                                       {"inner_grids", grids.inner + grids.distance},
-                                       {"outer_network", bytes_of(field.outer)},
-                                       {"inner_network", bytes_of(field.inner)}}},
                                      {"paper",
                                       {{"outer_grids", paper.outer},
                                        {"inner_grids", paper.inner},

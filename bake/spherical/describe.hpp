@@ -3,6 +3,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <vector>
 
 #include "bake/spherical/options.hpp"
 #include "formats/nif/spherical/primary.hpp"
@@ -11,6 +12,11 @@ namespace nif::bake {
 
 /// The hyperparameters, all of them.
 nlohmann::ordered_json to_json(const SphericalBakeOptions& options);
+
+/// For `nif info`: as JSON, what it takes of a file more closely, in a few words, and as lines for people.
+void describe(const format::SphericalView& view, nlohmann::ordered_json& json, nlohmann::ordered_json& bytes);
+std::string summary(const format::SphericalView& view);
+std::vector<std::string> details(const format::SphericalView& view);
 
 /// {"resolution", ..., "bytes": {"grids", "network"}}
 nlohmann::ordered_json to_json(const format::PrimaryView& primary);

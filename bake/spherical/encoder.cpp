@@ -177,7 +177,9 @@ class SphericalEncoder final : public Encoder {
     check(options_.fields);
   }
 
-  std::string_view name() const override { return format::EncodingOf<kernels::SphericalField>::kName; }
+  std::string_view name() const override {
+    return kernels::encoding_of_field<kernels::SphericalField>().name;
+  }
   std::string_view noun() const override { return "a field"; }
   std::string_view smallest() const override { return "these grids and networks"; }
   bool trains_together() const override { return options_.shared_network; }
@@ -187,13 +189,13 @@ class SphericalEncoder final : public Encoder {
     format::Object& object = form.object();
     const bool brings_networks = first || !options_.shared_network;
     if (brings_networks) form.alone.spherical_networks = {blank_networks(options_.fields)};
-    object.content = format::SphericalData{0, blank_grids(options_.fields)};
+    object.spherical = {0, blank_grids(options_.fields)};
     if (with_primary()) object.primary = blank_primary(options_.fields);
-    form.cost.bytes = object.as<format::SphericalData>().grids.bytes() +
+    form.cost.bytes = object.spherical->grids.bytes() +
                       (brings_networks ? form.alone.spherical_networks.front().bytes() : 0);
     form.report = SphericalBaking::Report();
     form.sections = format::section_bytes(form.alone);
-    object.content = format::SphericalData();
+    object.spherical.emplace();
     object.primary.reset();
   }
 
@@ -212,7 +214,7 @@ class SphericalEncoder final : public Encoder {
   void add(Form&& form, format::Asset& asset) const override {
     if (!options_.shared_network || asset.spherical_networks.empty())
       asset.spherical_networks.push_back(std::move(form.alone.spherical_networks.front()));
-    form.object().as<format::SphericalData>().network = uint32_t(asset.spherical_networks.size() - 1);
+    form.object().spherical->network = uint32_t(asset.spherical_networks.size() - 1);
     asset.objects.push_back(std::move(form.object()));
   }
 
@@ -255,7 +257,7 @@ class SphericalEncoder final : public Encoder {
     for (size_t i = 0; i < lessons.size(); ++i) {
       const Lesson& lesson = lessons[i];
       lesson.form.alone.spherical_networks = {trainer.networks()};
-      lesson.form.object().content = format::SphericalData{0, trainer.grids(i)};
+      lesson.form.object().spherical = {0, trainer.grids(i)};
       lesson.report.training_rays = uint64_t(double(rays) * double(learned[i]) / all);
       lesson.report.recoveries = trainer.recoveries();
     }

@@ -19,7 +19,7 @@ struct BakeOptions;
 struct ObjectReport;
 
 struct SphericalBaking {
-  using Data = format::SphericalData;
+  using Field = kernels::SphericalField;
   struct Options {
     SphericalBakeOptions spherical;
   };
@@ -38,8 +38,5 @@ struct SphericalBaking {
 void add_report(const SphericalBaking::Report& report, nlohmann::ordered_json& json);
 void add_metadata(const SphericalBaking::Report& report, const ObjectReport& all,
                   const format::Object& object, nlohmann::ordered_json& json);
-void describe(const format::SphericalView& view, nlohmann::ordered_json& json);
-std::string summary(const format::SphericalView& view);
-std::vector<std::string> details(const format::SphericalView& view);
 
 }  // namespace nif::bake

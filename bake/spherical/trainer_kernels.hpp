@@ -1,11 +1,11 @@
 // The inner loops of training a `spherical` field, compiled for each instruction set: the network over one
 // group of a mini-batch, and steps of Adam.
 //
-// As in bake/segment/trainer_kernels.hpp everything is computed in the same order with fused multiply-adds on
+// As in bake/network/trainer_kernels.hpp everything is computed in the same order with fused multiply-adds on
 // every target that has them.
 #pragma once
 
-#include "bake/segment/trainer_kernels.hpp"
+#include "bake/network/trainer_kernels.hpp"
 #include "kernels/reference/spherical/field.hpp"
 
 namespace nif::bake {

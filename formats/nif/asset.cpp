@@ -1,5 +1,5 @@
 // From the view of a loaded file back to an asset that owns its memory. `nif validate` writes that again
-// to see whether the bytes are the same. Each encoding is asked through one visit.
+// to see whether the bytes are the same.
 #include "formats/nif/asset.hpp"
 
 #include "formats/nif/writer.hpp"
@@ -7,29 +7,43 @@
 namespace nif::format {
 
 kernels::AnyField field_of(const Asset& asset, const Object& object) {
-  return visit_encoding(object.content, [&](const auto& data, auto encoding) -> kernels::AnyField {
-    return decltype(encoding)::field(data, asset, object.bounds());
-  });
+  kernels::PlanesField planes;
+  kernels::TrianglesField triangles;
+  kernels::NetworkField network;
+  kernels::SphericalField spherical;
+  if (object.planes) planes = field_of(*object.planes);
+  if (object.triangles) triangles = field_of(*object.triangles);
+  if (object.network) network = field_of(*object.network, asset.mlps.at(object.network->mlp), planes);
+  if (object.spherical)
+    spherical = field_of(object.spherical->grids, asset.spherical_networks.at(object.spherical->network),
+                         object.bounds());
+  return kernels::join_parts(object.planes ? &planes : nullptr, object.triangles ? &triangles : nullptr,
+                             object.network ? &network : nullptr, object.spherical ? &spherical : nullptr);
+}
+
+kernels::SegmentField field_of(const Object& object, const Mlp& mlp) {
+  const kernels::PlanesField planes = field_of(*object.planes);
+  return {planes, field_of(*object.network, mlp, planes)};
 }
 
 Asset to_asset(const AssetView& view) {
   Asset asset;
   asset.metadata = view.metadata;
   asset.places_nothing = view.places_nothing;
-  for_each_encoding([&](auto encoding) {
-    using Encoding = decltype(encoding);
-    static_cast<typename Encoding::Shared&>(asset) = Encoding::to_shared(view);
-  });
+  for (const MlpView& from : view.mlps) asset.mlps.push_back(to_mlp(from));
+  for (const SphericalNetworksView& from : view.spherical_networks)
+    asset.spherical_networks.push_back(to_networks(from));
   for (const ObjectView& from : view.objects) {
     Object& object = asset.objects.emplace_back();
     object.name = from.name;
     object.aabb_min = from.aabb_min;
     object.aabb_max = from.aabb_max;
     object.bias = from.bias;
-    object.triangles = from.triangles;
-    visit_encoding(from.content, [&](const auto& content, auto encoding) {
-      object.content = decltype(encoding)::to_data(content);
-    });
+    object.triangle_count = from.triangle_count;
+    if (from.planes) object.planes = to_data(*from.planes);
+    if (from.triangles) object.triangles = to_data(*from.triangles);
+    if (from.network) object.network = to_data(*from.network, from.planes->field);
+    if (from.spherical) object.spherical = to_data(*from.spherical);
   }
   for (const PrimaryView& from : view.primaries) asset.objects[from.object].primary = to_primary(from);
   for (const SourceTrianglesView& from : view.source_triangles)

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "formats/nif/bvh/source_triangles.hpp"
-#include "formats/nif/encodings.hpp"
-#include "formats/nif/proof/colors.hpp"
+#include "formats/nif/parts.hpp"
+#include "formats/nif/planes/colors.hpp"
 #include "formats/nif/spherical/primary.hpp"
+#include "formats/nif/triangles/source_triangles.hpp"
 
 namespace nif::format {
 
@@ -18,27 +18,19 @@ struct Object {
   std::string name;
   std::array<float, 3> aabb_min{}, aabb_max{};
   float bias = 0;
-  uint32_t triangles = 0;
-  AnyData content;                 ///< what answers it, in one of the encodings
-  std::optional<Primary> primary;  ///< of any encoding
-  /// Of encodings with a BVH; without it, triangles are known by their place in the object.
+  uint32_t triangle_count = 0;  ///< triangles of the source mesh, after cleaning
+  // Its parts. There must be an encoding that has these and no others (kernels/reference/encodings.hpp).
+  std::optional<PlanesData> planes;
+  std::optional<TrianglesData> triangles;
+  std::optional<NetworkData> network;
+  std::optional<SphericalData> spherical;
+
+  std::optional<Primary> primary;  ///< whatever its parts
+  /// With triangles; without it, these are known by their place in the object.
   std::optional<SourceTriangles> source_triangles;
-  std::optional<Colors> colors;  ///< of encodings with a grid
+  std::optional<Colors> colors;  ///< with planes
 
   Bounds bounds() const { return {aabb_min, aabb_max}; }
-  /// The content, which must be of this encoding: as<SegmentData>(), as<Bvh>() ...
-  template <class Data>
-  Data& as() {
-    return std::get<Data>(content);
-  }
-  template <class Data>
-  const Data& as() const {
-    return std::get<Data>(content);
-  }
-  template <class Data>
-  bool is() const {
-    return std::holds_alternative<Data>(content);
-  }
 };
 
 struct Instance {
@@ -48,8 +40,9 @@ struct Instance {
   std::array<float, 3> remainder{};  ///< what rounding took from its translation
 };
 
-/// With what its objects share: `networks`, `spherical_networks`.
-struct Asset : Shared {
+struct Asset {
+  std::vector<Mlp> mlps;                              ///< which objects with a network share
+  std::vector<SphericalNetworks> spherical_networks;  ///< which `spherical` objects share
   std::vector<Object> objects;
   std::vector<Instance> instances;  ///< none: each object is placed once, unless the asset places nothing
   bool places_nothing = false;      ///< only without instances
@@ -59,5 +52,7 @@ struct Asset : Shared {
 /// The kernels' view of an object; valid while the asset lives and is not changed. The bounds of a
 /// `spherical` object must be such as kernels::set_bounds() takes.
 kernels::AnyField field_of(const Asset& asset, const Object& object);
+/// The same of an object with planes and a network, which has this one.
+kernels::SegmentField field_of(const Object& object, const Mlp& mlp);
 
 }  // namespace nif::format

@@ -1,5 +1,5 @@
 // The bytes of a .nif file that are the same for every encoding, version 2. docs/format.md says why; the two
-// must agree. Records of an encoding lie in its folder (formats/nif/segment/layout.hpp and so on).
+// must agree. Records of an encoding lie in its folder (formats/nif/network/part.hpp and so on).
 //
 // Little-endian; structures below are stored as they are (all members are naturally aligned, no padding).
 #pragma once
@@ -38,7 +38,7 @@ constexpr uint32_t fourcc(const char (&text)[5]) {
          uint32_t(uint8_t(text[3])) << 24;
 }
 
-/// Sections of every file. The others belong to an encoding, and are there if and only if an object has it.
+/// Sections of every file. The others belong to a part, and are there if and only if an object has that.
 enum SectionType : uint32_t {
   kMetadata = fourcc("META"),   ///< JSON, UTF-8; optional
   kObjects = fourcc("OBJS"),    ///< ObjectRecord[]
@@ -72,14 +72,18 @@ struct Name {
   uint32_t offset, bytes;  ///< in kNames; bytes without the 0 that follows
 };
 
+/// In place of the number of a part that an object does not have.
+inline constexpr uint32_t kNoPart = 0xffffffff;
+
 struct ObjectRecord {  // 64 bytes
-  uint32_t encoding;   ///< its number
-  uint32_t record;     ///< index into the records of its encoding: the number of such objects before this one
+  /// Its parts, each an index into the records of that part: the number of earlier objects with such a part; or
+  /// kNoPart.
+  uint32_t planes, triangles, network, spherical;
   Name name;
   float aabb_min[3], aabb_max[3];
-  float bias;            ///< distance from the surface at which shadow rays start, object units
-  uint32_t triangles;    ///< of the source mesh, after cleaning (saturated at 2^32 - 1)
-  uint32_t reserved[4];  ///< 0
+  float bias;               ///< distance from the surface at which shadow rays start, object units
+  uint32_t triangle_count;  ///< of the source mesh, after cleaning (saturated at 2^32 - 1)
+  uint32_t reserved[2];     ///< 0
 };
 static_assert(sizeof(ObjectRecord) == 64);
 

@@ -1,5 +1,5 @@
 // The content of a .nif file: what is common to all objects is checked here, the rest by the readers of
-// encodings.
+// parts.
 #include "formats/nif/reader.hpp"
 
 #include <algorithm>
@@ -10,35 +10,31 @@
 #include <string>
 
 #include "formats/base/utf8.hpp"
-#include "kernels/reference/parts.hpp"
 
 namespace nif::format {
 namespace {
 
-/// "1 (segment), 2 (spherical) and 3 (bvh)".
-std::string known_encodings() {
-  std::vector<std::string> names;
-  for_each_encoding([&](auto encoding) {
-    names.push_back(std::to_string(encoding.kNumber) + " (" + encoding.kName + ")");
-  });
-  std::sort(names.begin(), names.end());
-  std::string text = names.front();
-  for (size_t i = 1; i < names.size(); ++i) text += (i + 1 < names.size() ? ", " : " and ") + names[i];
-  return text;
-}
-
-/// The reader of an encoding, and how many objects it has read.
-template <class Encoding>
+/// The reader of a part, and how many objects have it so far.
+template <class Part>
 struct ReaderOf {
-  typename Encoding::Reader reader;
+  typename Part::Reader reader;
   uint32_t objects = 0;
 };
-template <class... Encoding>
-struct ReadersOf : ReaderOf<Encoding>... {
+template <class... Part>
+struct ReadersOf : ReaderOf<Part>... {
   ReadersOf(const SectionTable& sections, std::string_view file, AssetView& asset)
-      : ReaderOf<Encoding>{typename Encoding::Reader(sections, file, asset)}... {}
+      : ReaderOf<Part>{typename Part::Reader(sections, file, asset)}... {}
 };
-using Readers = OfEncodings<ReadersOf>;
+using Readers = OfParts<ReadersOf>;
+
+/// "planes and network".
+std::string names_of_parts(const ObjectRecord& record) {
+  std::string names;
+  for_each_part([&]<class Part>(Part) {
+    if (Part::of(record) != kNoPart) names += (names.empty() ? "" : " and ") + std::string(Part::kName);
+  });
+  return names.empty() ? "no part" : names;
+}
 
 class Reader {
  public:
@@ -83,7 +79,7 @@ class Reader {
                  color = section.type == kColorRecords || section.type == kColorValues,
                  translation = section.type == kTranslations,
                  optional = primary || source || color || translation;
-      if (everywhere == std::end(kEverywhere) && !optional && !of_an_encoding(section.type)) {
+      if (everywhere == std::end(kEverywhere) && !optional && !of_a_part(section.type)) {
         if (required) refuse(Rule::unknown_section, file_, place());
         continue;  // an optional section of a later version: skipped, as promised
       }
@@ -101,10 +97,10 @@ class Reader {
     names_ = table()[kNames];
   }
 
-  static bool of_an_encoding(uint32_t type) {
+  static bool of_a_part(uint32_t type) {
     bool known = false;
-    for_each_encoding([&](auto encoding) {
-      for (const uint32_t own : encoding.kSections) known = known || own == type;
+    for_each_part([&](auto part) {
+      for (const uint32_t own : part.kSections) known = known || own == type;
     });
     return known;
   }
@@ -124,37 +120,42 @@ class Reader {
   void read_objects() {
     const Records<ObjectRecord> records(table()[kObjects], "OBJS", file_);
     if (records.count() == 0) refuse(Rule::no_object, file_, "section OBJS");
-    check_encodings(records);
+    check_parts(records);
     Readers readers(table(), file_, asset_);
     asset_.objects.reserve(records.count());
     for (uint32_t i = 0; i < records.count(); ++i)
       asset_.objects.push_back(read_object(records[i], readers, Place{file_, "OBJS", i}));
-    for_each_encoding([&]<class Encoding>(Encoding) {
-      const auto& [reader, objects] = static_cast<ReaderOf<Encoding>&>(readers);
+    for_each_part([&]<class Part>(Part) {
+      const auto& [reader, objects] = static_cast<ReaderOf<Part>&>(readers);
       if (reader.count() != objects)
-        refuse(Rule::records_of_no_object, file_, "section " + section_name(Encoding::kSections[0]));
+        refuse(Rule::records_of_no_object, file_, "section " + section_name(Part::kSections[0]));
       reader.finish();
     });
   }
 
-  /// This build reads what all objects are in, and the file has the sections of those encodings and of no
-  /// others.
-  void check_encodings(const Records<ObjectRecord>& records) const {
+  /// This build reads the parts that each object has together, and the file has the sections of those parts and
+  /// of no others.
+  void check_parts(const Records<ObjectRecord>& records) {
     for (uint32_t i = 0; i < records.count(); ++i) {
-      bool known = false;
-      for_each_encoding([&](auto encoding) { known = known || records[i].encoding == encoding.kNumber; });
-      if (!known)
+      const ObjectRecord record = records[i];
+      if (!kernels::encoding_with(record.planes != kNoPart, record.triangles != kNoPart,
+                                  record.network != kNoPart, record.spherical != kNoPart))
         refuse(Rule::unknown_encoding, file_, Place{file_, "OBJS", i}.text(),
-               "encoding " + std::to_string(records[i].encoding) + "; this build reads " + known_encodings());
+               names_of_parts(record) + ", which this build does not read together");
     }
-    for_each_encoding([&](auto encoding) {
-      bool used = false;
-      for (uint32_t i = 0; i < records.count(); ++i) used = used || records[i].encoding == encoding.kNumber;
-      check_presence(encoding.kSections, used);
+    for_each_part([&]<class Part>(Part) {
+      size_t count = 0;
+      for (uint32_t i = 0; i < records.count(); ++i) {
+        const ObjectRecord record = records[i];
+        count += Part::of(record) != kNoPart;
+      }
+      check_presence(Part::kSections, count > 0);
+      // Objects point to these views, which must stay where they are.
+      std::get<std::pmr::vector<typename Part::View>>(asset_.parts).reserve(count);
     });
   }
 
-  /// An encoding's sections are all in the file, or none of them.
+  /// A part's sections are all in the file, or none of them.
   void check_presence(std::span<const uint32_t> types, bool expected) const {
     for (const uint32_t type : types) {
       const bool there = std::any_of(asset_.sections.begin(), asset_.sections.end(),
@@ -173,15 +174,16 @@ class Reader {
     place.require(std::isfinite(record.bias) && record.bias >= 0, Rule::bias_range);
     place.require(all_zero(record.reserved), Rule::reserved_not_zero);
     view.bias = record.bias;
-    view.triangles = record.triangles;
+    view.triangle_count = record.triangle_count;
     std::copy_n(record.aabb_min, 3, view.aabb_min.begin());
     std::copy_n(record.aabb_max, 3, view.aabb_max.begin());
-    for_each_encoding([&]<class Encoding>(Encoding) {
-      if (record.encoding != Encoding::kNumber) return;
-      auto& [reader, objects] = static_cast<ReaderOf<Encoding>&>(readers);
-      place.require(record.record == objects, Rule::record_order);
+    for_each_part([&]<class Part>(Part) {
+      if (Part::of(record) == kNoPart) return;
+      auto& [reader, objects] = static_cast<ReaderOf<Part>&>(readers);
+      place.require(Part::of(record) == objects, Rule::record_order);
       place.require(objects < reader.count(), Rule::record_missing);
-      view.content = reader.read(objects++, view.bounds());
+      auto& views = std::get<std::pmr::vector<typename Part::View>>(asset_.parts);
+      Part::of(view) = &views.emplace_back(reader.read(objects++, view));
     });
     return view;
   }
@@ -196,24 +198,18 @@ class Reader {
   void read_source_triangles() {
     std::pmr::vector<std::optional<uint32_t>> counts(asset_.objects.get_allocator());
     if (has_sources_)
-      for (const ObjectView& object : asset_.objects) counts.push_back(stored_triangles(object));
+      for (const ObjectView& object : asset_.objects)
+        counts.push_back(object.triangles ? std::optional(object.triangles->field.triangle_count)
+                                          : std::nullopt);
     format::read_source_triangles(table(), has_sources_, file_, counts, asset_.source_triangles);
   }
 
   void read_colors() {
     std::pmr::vector<std::optional<uint32_t>> counts(asset_.objects.get_allocator());
     if (has_colors_)
-      for (const ObjectView& object : asset_.objects) {
-        const kernels::ProofField* grid = grid_of(object);
-        counts.push_back(grid ? std::optional(grid->surface_voxels) : std::nullopt);
-      }
+      for (const ObjectView& object : asset_.objects)
+        counts.push_back(object.planes ? std::optional(object.planes->field.surface_voxels) : std::nullopt);
     format::read_colors(table(), has_colors_, file_, counts, asset_.colors);
-  }
-
-  static std::optional<uint32_t> stored_triangles(const ObjectView& object) {
-    const kernels::BvhField* tree =
-        std::visit([](const auto& view) { return kernels::tree_of(view.field); }, object.content);
-    return tree ? std::optional(tree->triangle_count) : std::nullopt;
   }
 
   void read_instances() {
@@ -276,43 +272,35 @@ AssetView read_asset(std::span<const std::byte> bytes, std::string_view file_nam
 }
 
 kernels::AnyField field_of(const ObjectView& object) {
-  return std::visit([](const auto& view) -> kernels::AnyField { return view.field; }, object.content);
+  return kernels::join_parts(grid_of(object), object.triangles ? &object.triangles->field : nullptr,
+                             object.network ? &object.network->field : nullptr,
+                             object.spherical ? &object.spherical->field : nullptr);
 }
 
-const kernels::ProofField* grid_of(const ObjectView& object) {
-  return std::visit([](const auto& view) { return kernels::grid_of(view.field); }, object.content);
+const kernels::PlanesField* grid_of(const ObjectView& object) {
+  return object.planes ? &object.planes->field : nullptr;
 }
 
 uint64_t bytes_of(const ObjectView& object) {
-  return std::visit(
-      [](const auto& view) {
-        uint64_t sum = 0;
-        for (const PartBytes& part : view.parts()) sum += part.bytes + part.decoded;
-        return sum;
-      },
-      object.content);
+  uint64_t sum = 0;
+  for_each_part([&]<class Part>(Part) {
+    if (Part::of(object))
+      for (const PartBytes& part : Part::of(object)->parts()) sum += part.bytes + part.decoded;
+  });
+  return sum;
 }
-
-namespace {
-
-/// What the objects of one encoding share.
-template <class Encoding>
-const typename Encoding::SharedView& part_of(const AssetView& asset) {
-  return asset;
-}
-template <class Encoding>
-typename Encoding::SharedView& part_of(AssetView& asset) {
-  return asset;
-}
-
-}  // namespace
 
 uint64_t AssetView::view_bytes() const {
   uint64_t total = sections.capacity() * sizeof(SectionView) + objects.capacity() * sizeof(ObjectView) +
                    instances.capacity() * sizeof(InstanceView) + primaries.capacity() * sizeof(PrimaryView) +
                    source_triangles.capacity() * sizeof(SourceTrianglesView) +
                    colors.capacity() * sizeof(ColorsView);
-  for_each_encoding([&]<class Encoding>(Encoding) { total += part_of<Encoding>(*this).view_bytes(); });
+  total += mlps.capacity() * sizeof(MlpView) + decoded.view_bytes() +
+           spherical_networks.capacity() * sizeof(SphericalNetworksView);
+  for_each_part([&]<class Part>(Part) {
+    using View = typename Part::View;
+    total += std::get<std::pmr::vector<View>>(parts).capacity() * sizeof(View);
+  });
   return total;
 }
 
@@ -345,25 +333,17 @@ kernels::HitDetails hit_details(const AssetView& asset, uint32_t object) {
   return details;
 }
 
-uint32_t AssetView::network_count() const {
-  uint32_t count = 0;
-  for_each_encoding([&]<class Encoding>(Encoding) { count += part_of<Encoding>(*this).network_count(); });
-  return count;
-}
-
 FileParts bytes_by_part(const AssetView& asset) {
   FileParts parts;
   uint64_t networks = 0, primaries = 0, sources = 0, colors = 0;
-  for_each_encoding([&]<class Encoding>(Encoding) {
-    using View = typename Encoding::View;
-    const auto add = [&](const View& view) {
+  for_each_part([&]<class Part>(Part) {
+    using View = typename Part::View;
+    for (const PartBytes& part : View().parts()) parts.add(part);
+    for (const View& view : std::get<std::pmr::vector<View>>(asset.parts))
       for (const PartBytes& part : view.parts()) parts.add(part);
-    };
-    add(View());
-    for (const ObjectView& object : asset.objects)
-      if (object.template is<View>()) add(object.template as<View>());
-    networks += part_of<Encoding>(asset).network_bytes();
   });
+  for (const MlpView& mlp : asset.mlps) networks += mlp.bytes;
+  for (const SphericalNetworksView& pair : asset.spherical_networks) networks += pair.bytes;
   for (const PrimaryView& primary : asset.primaries) primaries += primary.grid_bytes + primary.network_bytes;
   parts.add({"network", networks});
   parts.add({"primary", primaries});
@@ -375,19 +355,19 @@ FileParts bytes_by_part(const AssetView& asset) {
 }
 
 uint32_t AssetView::network_of(const ObjectView& object) const {
-  uint32_t before = 0, found = 0;
-  for_each_encoding([&]<class Encoding>(Encoding) {
-    using View = typename Encoding::View;
-    const uint32_t count = part_of<Encoding>(*this).network_count();
-    if (count > 0 && object.template is<View>()) found = before + object.template as<View>().network;
-    before += count;
-  });
-  return found;
+  if (object.network) return object.network->mlp;
+  return object.spherical ? uint32_t(mlps.size()) + object.spherical->network : 0;
 }
 
 void AssetView::drop_bytes() {
-  for (ObjectView& object : objects) std::visit([](auto& view) { view.drop_bytes(); }, object.content);
-  for_each_encoding([&]<class Encoding>(Encoding) { part_of<Encoding>(*this).drop_bytes(); });
+  std::apply(
+      [](auto&... views) {
+        (std::for_each(views.begin(), views.end(), [](auto& view) { view.drop_bytes(); }), ...);
+      },
+      parts);
+  for (MlpView& mlp : mlps) mlp = {};
+  for (SphericalNetworksView& networks : spherical_networks) networks = {};
+  decoded.drop();
   sections = std::pmr::vector<SectionView>(sections.get_allocator());
   source_triangles.clear();
   colors.clear();

@@ -12,14 +12,15 @@
 #include <memory_resource>
 #include <span>
 #include <string_view>
+#include <tuple>
 #include <utility>
 #include <vector>
 
-#include "formats/nif/bvh/source_triangles.hpp"
 #include "formats/nif/container.hpp"
-#include "formats/nif/encodings.hpp"
-#include "formats/nif/proof/colors.hpp"
+#include "formats/nif/parts.hpp"
+#include "formats/nif/planes/colors.hpp"
 #include "formats/nif/spherical/primary.hpp"
+#include "formats/nif/triangles/source_triangles.hpp"
 #include "kernels/reference/hit_details.hpp"
 
 namespace nif::format {
@@ -31,25 +32,31 @@ struct ObjectView {
   std::string_view name;  ///< a 0 follows it in memory
   std::array<float, 3> aabb_min{}, aabb_max{};
   float bias = 0;
-  uint32_t triangles = 0;
-  AnyView content;  ///< what answers it, in one of the encodings
+  uint32_t triangle_count = 0;  ///< of the source mesh, after cleaning
+  // Its parts, in the view; null: it has none.
+  const PlanesView* planes = nullptr;
+  const TrianglesView* triangles = nullptr;
+  const NetworkView* network = nullptr;
+  const SphericalView* spherical = nullptr;
 
   Bounds bounds() const { return {aabb_min, aabb_max}; }
-  /// The content, which must be of this encoding: as<SegmentView>(), as<BvhView>() ...
-  template <class View>
-  const View& as() const {
-    return std::get<View>(content);
-  }
-  template <class View>
+  /// Ready to be queried. It must be of this encoding: as<kernels::SegmentField>(), as<kernels::ExactField>() ...
+  template <class Field>
+  Field as() const;
+  template <class Field>
   bool is() const {
-    return std::holds_alternative<View>(content);
+    return &encoding_of(*this) == &kernels::encoding_of_field<Field>();
   }
 };
 
 /// Ready to be queried.
 kernels::AnyField field_of(const ObjectView& object);
-/// Its grid, in the view; null where its encoding has none.
-const kernels::ProofField* grid_of(const ObjectView& object);
+template <class Field>
+Field ObjectView::as() const {
+  return std::get<Field>(field_of(*this));
+}
+/// Its planes, in the view; null where it has none.
+const kernels::PlanesField* grid_of(const ObjectView& object);
 /// What the object takes of the file and of what is decoded, networks not counted.
 uint64_t bytes_of(const ObjectView& object);
 
@@ -60,27 +67,36 @@ struct InstanceView {
   std::array<float, 3> remainder{};   ///< what rounding took from its translation: to be added in double
 };
 
+template <class... Part>
+using PartViews = std::tuple<std::pmr::vector<typename Part::View>...>;
+
 /// Views into the bytes of one file; valid while those stay where they are, unchanged.
-/// With what its objects share: `networks`, `spherical_networks`.
-struct AssetView : SharedView {
+struct AssetView {
   explicit AssetView(std::pmr::memory_resource* memory)
-      : SharedView(memory),
-        sections(memory),
+      : sections(memory),
         objects(memory),
+        mlps(memory),
+        spherical_networks(memory),
         instances(memory),
         primaries(memory),
         source_triangles(memory),
-        colors(memory) {}
+        colors(memory),
+        parts(std::allocator_arg, memory),
+        decoded(memory) {}
 
   std::span<const std::byte> bytes;
   std::string_view metadata;    ///< JSON, not parsed; empty where the file has none
   bool places_nothing = false;  ///< as the file says; never with instances
   std::pmr::vector<SectionView> sections;
   std::pmr::vector<ObjectView> objects;
+  std::pmr::vector<MlpView> mlps;                              ///< which objects with a network share
+  std::pmr::vector<SphericalNetworksView> spherical_networks;  ///< which `spherical` objects share
   std::pmr::vector<InstanceView> instances;
   std::pmr::vector<PrimaryView> primaries;                 ///< in the order of their objects
   std::pmr::vector<SourceTrianglesView> source_triangles;  ///< likewise
   std::pmr::vector<ColorsView> colors;                     ///< likewise
+  OfParts<PartViews> parts;                                ///< of each part, in the order of objects
+  DecodedPayloads decoded;                                 ///< what parts point to where the file is coded
 
   /// How many instances the asset stands for: those of the file; without any each object once, unless it
   /// places nothing.
@@ -93,10 +109,9 @@ struct AssetView : SharedView {
   const PrimaryView* primary_of(uint32_t object) const;
   const SourceTrianglesView* source_triangles_of(uint32_t object) const;
   const ColorsView* colors_of(uint32_t object) const;
-  /// Networks of all encodings: those that `segment` objects share, then those of the next encoding, and so
-  /// on.
-  uint32_t network_count() const;
-  /// Which of them the object has; 0 where its encoding has none.
+  /// MLPs, then pairs of networks of `spherical` objects.
+  uint32_t network_count() const { return uint32_t(mlps.size() + spherical_networks.size()); }
+  /// Which of them the object has; 0 where it has none.
   uint32_t network_of(const ObjectView& object) const;
   /// After this nothing but names and metadata points into the file.
   void drop_bytes();
@@ -105,17 +120,16 @@ struct AssetView : SharedView {
 /// What is told of hits with one of its objects; it points into the view and the file.
 kernels::HitDetails hit_details(const AssetView& asset, uint32_t object);
 
-template <class... Encoding>
+template <class... Part>
 struct PartCountOf {
   static constexpr size_t kCount =
-      (std::tuple_size_v<decltype(std::declval<typename Encoding::View>().parts())> + ... + 4);
+      (std::tuple_size_v<decltype(std::declval<typename Part::View>().parts())> + ... + 4);
 };
-/// The bytes of all objects together, part by part: those of every encoding, also where no object has it,
-/// then "network", "primary", "source_triangles" and "colors". What several encodings have is one part.
-/// Without records, names, metadata and padding.
+/// The bytes of all objects together, payload by payload: those of every part, also where no object has it,
+/// then "network", "primary", "source_triangles" and "colors". Without records, names, metadata and padding.
 class FileParts {
  public:
-  static constexpr size_t kMost = OfEncodings<PartCountOf>::kCount;
+  static constexpr size_t kMost = OfParts<PartCountOf>::kCount;
 
   void add(const PartBytes& part) {
     size_t k = 0;

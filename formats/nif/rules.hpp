@@ -9,8 +9,8 @@
 namespace nif::format {
 
 /// RULE(number, name, status of a file that breaks it, what is wrong then: a clause without an end).
-/// 1xx the shell, 2xx objects, instances and names, 3xx grids with planes, 4xx `segment`, 5xx trees of
-/// triangles, 6xx `spherical`, 7xx what is optional. The reader may say more precisely what is wrong.
+/// 1xx the shell, 2xx objects, instances and names, 3xx planes, 4xx networks, 5xx triangles, 6xx `spherical`,
+/// 7xx what is optional. The reader may say more precisely what is wrong.
 #define NIF_FORMAT_RULES(RULE)                                                                             \
   RULE(101, empty_file, file_empty, "the file is empty")                                                   \
   RULE(102, foreign_file, foreign_nif,                                                                     \
@@ -45,9 +45,9 @@ namespace nif::format {
   RULE(130, payload_padding, damaged_nif, "padding before the payload is not zero")                        \
   RULE(131, bytes_of_no_record, damaged_nif, "has bytes that belong to no record")                         \
   RULE(201, no_object, damaged_nif, "holds no object")                                                     \
-  RULE(202, unknown_encoding, unsupported_nif, "an encoding that this build does not read")                \
-  RULE(203, record_order, damaged_nif, "record is not the number of objects of its encoding before it")    \
-  RULE(204, record_missing, damaged_nif, "its encoding has no such record")                                \
+  RULE(202, unknown_encoding, unsupported_nif, "parts that this build does not read together")             \
+  RULE(203, record_order, damaged_nif, "a part is not the number of objects that have one before it")      \
+  RULE(204, record_missing, damaged_nif, "a part has no such record")                                      \
   RULE(205, records_of_no_object, damaged_nif, "has records that belong to no object")                     \
   RULE(206, bounds_not_finite, damaged_nif, "bounds are not finite")                                       \
   RULE(207, bounds_empty, damaged_nif, "bounds are empty")                                                 \
@@ -99,7 +99,6 @@ namespace nif::format {
   RULE(404, samples_range, damaged_nif, "samples is out of range")                                         \
   RULE(405, samples_multiple, damaged_nif, "samples is no multiple of 4")                                  \
   RULE(406, other_inputs, damaged_nif, "its network takes another number of inputs")                       \
-  RULE(407, corners_not_coded, damaged_nif, "forms states corners of an occupancy that is not coded")      \
   RULE(408, corner_base, damaged_nif, "corner_base is not the number of corners before")                   \
   RULE(409, corners, damaged_nif, "corners is not the number of bits in brick_corners")                    \
   RULE(410, feature_range, damaged_nif, "a feature is -128")                                               \

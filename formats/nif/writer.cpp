@@ -14,42 +14,41 @@
 namespace nif::format {
 namespace {
 
-/// The objects of one encoding.
-template <class Encoding>
-class ObjectsOf {
+/// The writer of a part.
+template <class Part>
+class WriterOf {
  public:
-  /// Its sections are made where the asset has such an object.
-  ObjectsOf(const Asset& asset, Sections& sections) {
+  /// Its sections are made where some object has the part.
+  WriterOf(const Asset& asset, Sections& sections) {
     const bool any = std::any_of(asset.objects.begin(), asset.objects.end(),
-                                 [](const Object& object) { return object.is<typename Encoding::Data>(); });
+                                 [](const Object& object) { return Part::of(object).has_value(); });
     if (any) writer_.emplace(sections, asset);
   }
-  /// The index of its record.
-  uint32_t add(const typename Encoding::Data& data) {
-    writer_->add(data);
+  /// The index of the object's record, where it has the part.
+  uint32_t add(const Object& object) {
+    if (!Part::of(object)) return kNoPart;
+    writer_->add(*Part::of(object), object);
     return count_++;
   }
 
  private:
-  std::optional<typename Encoding::Writer> writer_;
+  std::optional<typename Part::Writer> writer_;
   uint32_t count_ = 0;
 };
-template <class... Encoding>
-struct WritersOf : ObjectsOf<Encoding>... {
-  WritersOf(const Asset& asset, Sections& sections) : ObjectsOf<Encoding>(asset, sections)... {}
+template <class... Part>
+struct WritersOf : WriterOf<Part>... {
+  WritersOf(const Asset& asset, Sections& sections) : WriterOf<Part>(asset, sections)... {}
 };
 
-void add_object(const Object& object, OfEncodings<WritersOf>& writers, Section& objects, Section& names) {
+void add_object(const Object& object, OfParts<WritersOf>& writers, Section& objects, Section& names) {
   ObjectRecord record{};
-  visit_encoding(object.content, [&]<class Encoding>(const auto& data, Encoding) {
-    record.encoding = Encoding::kNumber;
-    record.record = static_cast<ObjectsOf<Encoding>&>(writers).add(data);
-  });
+  for_each_part(
+      [&]<class Part>(Part) { Part::of(record) = static_cast<WriterOf<Part>&>(writers).add(object); });
   record.name = names.append_name(object.name);
   std::copy(object.aabb_min.begin(), object.aabb_min.end(), record.aabb_min);
   std::copy(object.aabb_max.begin(), object.aabb_max.end(), record.aabb_max);
   record.bias = object.bias;
-  record.triangles = object.triangles;
+  record.triangle_count = object.triangle_count;
   objects.append(&record, 1);
 }
 
@@ -79,7 +78,7 @@ void fill(const Asset& asset, Sections& sections) {
   Section& objects = sections.add(kObjects);
   Section& instances = sections.add(kInstances);
   Section& names = sections.add(kNames);
-  OfEncodings<WritersOf> writers(asset, sections);
+  OfParts<WritersOf> writers(asset, sections);
   for (const Object& object : asset.objects) add_object(object, writers, objects, names);
   for (const Instance& instance : asset.instances) add_instance(instance, instances, names);
   add_translations(asset, sections);

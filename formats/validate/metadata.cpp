@@ -254,19 +254,19 @@ class MetadataCheck {
                       "is not what the object's record says");
     };
     differs("name", std::string(object.name));
-    differs("encoding", format::encoding_name(object.content));
+    differs("encoding", format::encoding_of(object).name);
     differs("bounds", Json::array({object.aabb_min, object.aabb_max}));
     differs("bias", object.bias);
-    if (const kernels::ProofField* grid = format::grid_of(object)) differs("voxels", grid->voxels);
-    if (object.is<format::SphericalView>()) differs("networks", object.as<format::SphericalView>().network);
-    if (const Json* lean = member(described, "lean"); lean && object.is<format::SegmentView>()) {
+    if (const kernels::PlanesField* grid = format::grid_of(object)) differs("voxels", grid->voxels);
+    if (object.spherical) differs("networks", object.spherical->network);
+    if (const Json* lean = member(described, "lean"); lean && object.network) {
       const Json* threshold = member(*lean, "threshold");
-      if (threshold && *threshold != object.as<format::SegmentView>().field.network.calibration.threshold)
+      if (threshold && *threshold != object.network->field.network.calibration.threshold)
         findings_.add(Advice::metadata_other_object, place_of(path + "/lean/threshold"),
                       "is not what the network's record says");
     }
     constexpr uint32_t kMany = 0xffffffffu;
-    if (object.triangles != kMany) differs("triangles", object.triangles);
+    if (object.triangle_count != kMany) differs("triangles", object.triangle_count);
   }
 
   /// Nodes stand after those above them; each instance has a node, or null.

@@ -9,21 +9,21 @@
 #include <vector>
 
 #include "formats/base/collinear.hpp"
-#include "formats/nif/proof/check.hpp"
+#include "formats/nif/network/corners.hpp"
+#include "formats/nif/planes/check.hpp"
 #include "formats/validate/validate.hpp"
 #include "kernels/reference/instance.hpp"
-#include "kernels/reference/parts.hpp"
 
 namespace nif::validate {
 namespace {
 
-using kernels::ProofField;
+using kernels::PlanesField;
 
 std::string object_place(uint32_t index) { return "section OBJS, record " + std::to_string(index); }
 std::string instance_place(uint32_t index) { return "section INST, record " + std::to_string(index); }
 
 /// The grid must surround the bounds: what is beyond its border counts as outside.
-void check_clearance(const format::ObjectView& object, const ProofField& grid, const std::string& place,
+void check_clearance(const format::ObjectView& object, const PlanesField& grid, const std::string& place,
                      Findings& findings) {
   constexpr double kClearance = 1.0 / 32;
   constexpr double kRounded = 1e-4;  // of a voxel: origin and scale are single precision
@@ -38,7 +38,7 @@ void check_clearance(const format::ObjectView& object, const ProofField& grid, c
 }
 
 /// Cells that state less than follows from all of them: their proofs are not made use of.
-void check_kinds(const ProofField& grid, const std::string& place, Findings& findings) {
+void check_kinds(const PlanesField& grid, const std::string& place, Findings& findings) {
   const format::SideRegions sides(grid);
   const auto says_less = [&](uint32_t word, uint32_t record) {
     const uint32_t kind = kernels::word_kind(word);
@@ -53,31 +53,17 @@ void check_kinds(const ProofField& grid, const std::string& place, Findings& fin
 }
 
 /// Features are there at the corners of surface voxels, and nowhere else.
-void check_corners(const kernels::SegmentField& field, const std::string& place, Findings& findings) {
-  const uint64_t across = field.bricks[0], down = field.bricks[1], layers = field.bricks[2];
-  std::vector<uint64_t> touched(across * down * layers);
-  const auto touch = [&](uint64_t x, uint64_t y, uint64_t z) {
-    touched[x / 4 + across * (y / 4 + down * (z / 4))] |= uint64_t{1} << (x % 4 + 4 * (y % 4) + 16 * (z % 4));
-  };
-  for (uint64_t brick = 0; brick < touched.size(); ++brick) {
-    const uint16_t entry = field.brick_table[brick];
-    if (entry < kernels::kFirstMixedBrick) continue;
-    const kernels::BrickStates& states = field.brick_states[entry - kernels::kFirstMixedBrick];
-    for (uint64_t left = states.surface & ~states.aux; left != 0; left &= left - 1) {
-      const auto bit = uint64_t(std::countr_zero(left));
-      const uint64_t x = 4 * (brick % across) + bit % 4, y = 4 * (brick / across % down) + bit / 4 % 4,
-                     z = 4 * (brick / across / down) + bit / 16;
-      for (uint64_t c = 0; c < 8; ++c) touch(x + (c & 1), y + (c >> 1 & 1), z + (c >> 2));
-    }
-  }
+void check_corners(const kernels::PlanesField& planes, const kernels::NetworkField& network,
+                   const std::string& place, Findings& findings) {
   uint64_t missing = 0, unused = 0;
-  for (size_t brick = 0; brick < touched.size(); ++brick) {
-    const uint16_t entry = field.brick_table[brick];
-    const uint64_t there =
-        entry < kernels::kFirstMixedBrick ? 0 : field.brick_corners[entry - kernels::kFirstMixedBrick];
-    missing += uint64_t(std::popcount(touched[brick] & ~there));
-    unused += uint64_t(std::popcount(there & ~touched[brick]));
-  }
+  format::for_each_brick(planes, [&](uint16_t entry, const format::BrickAt& at) {
+    const uint64_t touched = format::corners_around(planes, at),
+                   there = entry < kernels::kFirstMixedBrick
+                               ? 0
+                               : network.brick_corners[entry - kernels::kFirstMixedBrick];
+    missing += uint64_t(std::popcount(touched & ~there));
+    unused += uint64_t(std::popcount(there & ~touched));
+  });
   if (missing > 0)
     findings.add(Advice::corner_without_features, place,
                  std::to_string(missing) + " corners of surface voxels have no features");
@@ -87,7 +73,7 @@ void check_corners(const kernels::SegmentField& field, const std::string& place,
 }
 
 /// Those without one lie on edges of others (docs/encodings/bvh.md, "Slivers"), and no record counts them.
-uint64_t triangles_with_area(const kernels::BvhField& tree) {
+uint64_t triangles_with_area(const kernels::TrianglesField& tree) {
   uint64_t count = 0;
   const auto corner = [&](const kernels::BvhNode& node, uint8_t index) {
     const float* p = tree.vertices[node.first_vertex + index];
@@ -107,8 +93,8 @@ uint64_t triangles_with_area(const kernels::BvhField& tree) {
   return count;
 }
 
-void check_tree(const format::ObjectView& object, const kernels::BvhField& tree, const std::string& place,
-                Findings& findings) {
+void check_tree(const format::ObjectView& object, const kernels::TrianglesField& tree,
+                const std::string& place, Findings& findings) {
   const auto beyond = [&](const float* vertex) {
     for (size_t a = 0; a < 3; ++a)
       if (vertex[a] < object.aabb_min[a] || vertex[a] > object.aabb_max[a]) return true;
@@ -116,7 +102,7 @@ void check_tree(const format::ObjectView& object, const kernels::BvhField& tree,
   };
   if (std::any_of(tree.vertices, tree.vertices + tree.vertex_count, beyond))
     findings.add(Advice::tree_out_of_bounds, place);
-  if (tree.triangle_count > object.triangles && triangles_with_area(tree) > object.triangles)
+  if (tree.triangle_count > object.triangle_count && triangles_with_area(tree) > object.triangle_count)
     findings.add(Advice::triangle_count, place);
 }
 
@@ -129,35 +115,29 @@ void check_object(const format::ObjectView& object, uint32_t index, Findings& fi
   }
   diagonal = std::sqrt(diagonal);
   if (double(object.bias) > diagonal / 10) findings.add(Advice::bias_large, place);
-  if (const ProofField* grid = format::grid_of(object)) {
+  if (const PlanesField* grid = format::grid_of(object)) {
     check_clearance(object, *grid, place, findings);
     check_kinds(*grid, place, findings);
   }
-  std::visit(
-      [&](const auto& view) {
-        if (const kernels::BvhField* tree = kernels::tree_of(view.field))
-          check_tree(object, *tree, place, findings);
-      },
-      object.content);
-  if (object.is<format::SegmentView>())
-    check_corners(object.as<format::SegmentView>().field, place, findings);
+  if (object.triangles) check_tree(object, object.triangles->field, place, findings);
+  if (object.network) check_corners(object.planes->field, object.network->field, place, findings);
 }
 
 void check_networks(const format::AssetView& asset, Findings& findings) {
   const auto place = [](const char* section, size_t index) {
     return std::string("section ") + section + ", record " + std::to_string(index);
   };
-  std::set<uint32_t> segment, spherical;
+  std::set<uint32_t> mlps, spherical;
   for (const format::ObjectView& object : asset.objects) {
-    if (object.is<format::SegmentView>()) segment.insert(object.as<format::SegmentView>().network);
-    if (object.is<format::SphericalView>()) spherical.insert(object.as<format::SphericalView>().network);
+    if (object.network) mlps.insert(object.network->mlp);
+    if (object.spherical) spherical.insert(object.spherical->network);
   }
-  for (size_t i = 0; i < asset.networks.size(); ++i) {
-    if (!segment.contains(uint32_t(i))) findings.add(Advice::network_unused, place("NETS", i));
-    const kernels::Network& network = asset.networks[i].network;
+  for (size_t i = 0; i < asset.mlps.size(); ++i) {
+    if (!mlps.contains(uint32_t(i))) findings.add(Advice::network_unused, place("MLPS", i));
+    const kernels::Network& network = asset.mlps[i].network;
     const kernels::Network::Layer& last = network.layers[network.layer_count - 1];
     if (std::all_of(last.weights, last.weights + last.inputs, [](int8_t w) { return w == 0; }))
-      findings.add(Advice::network_constant, place("NETS", i));
+      findings.add(Advice::network_constant, place("MLPS", i));
   }
   for (size_t i = 0; i < asset.spherical_networks.size(); ++i)
     if (!spherical.contains(uint32_t(i))) findings.add(Advice::network_unused, place("SNET", i));
@@ -193,8 +173,8 @@ void check_sections(const format::AssetView& asset, Findings& findings) {
                               format::kMetadata,      format::kPrimaries,     format::kPrimaryValues,
                               format::kSourceRecords, format::kSourceNumbers, format::kColorRecords,
                               format::kColorValues,   format::kTranslations};
-  format::for_each_encoding([&](auto encoding) {
-    for (const uint32_t own : encoding.kSections) known.insert(own);
+  format::for_each_part([&](auto part) {
+    for (const uint32_t own : part.kSections) known.insert(own);
   });
   for (const format::SectionView& section : asset.sections)
     if (!known.contains(section.type))

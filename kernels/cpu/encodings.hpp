@@ -1,13 +1,13 @@
-// The encodings that there are SIMD kernels for: a line each. Every folder has make_kernel() of its field.
+// The encodings that there are SIMD kernels for: a line each. Every file has make_kernel() of its field.
 #pragma once
 
 #include <concepts>
 
-#include "kernels/cpu/bvh/kernel.hpp"
-#include "kernels/cpu/exact/kernel.hpp"
-#include "kernels/cpu/proof/kernel.hpp"
-#include "kernels/cpu/segment/kernel.hpp"
-#include "kernels/cpu/spherical/kernel.hpp"
+#include "kernels/cpu/encodings/bvh.hpp"
+#include "kernels/cpu/encodings/exact.hpp"
+#include "kernels/cpu/encodings/proof.hpp"
+#include "kernels/cpu/encodings/segment.hpp"
+#include "kernels/cpu/encodings/spherical.hpp"
 #include "kernels/reference/encodings.hpp"
 
 namespace nif::kernels::cpu {

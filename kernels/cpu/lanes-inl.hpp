@@ -13,7 +13,7 @@
 
 #include <cstring>
 
-#include "kernels/cpu/segment/lane_tables.hpp"
+#include "kernels/cpu/network/lane_tables.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace nif::kernels::cpu::HWY_NAMESPACE {

@@ -18,7 +18,7 @@
 //                                    the reference's intersect() has it, `kind` as ask() does
 //   kProves                          whether its proofs can be asked alone: then there is
 //   prove(object, ray, open)         what they say, and the part of a ray that they leave open
-//                                    (kernels/reference/proof/open.hpp)
+//                                    (kernels/reference/planes/open.hpp)
 //   describe(hash)                   what of HostField crosses from the runtime to the GPU module
 //   upload(field)                    on the host: how a field gets to device memory (upload.hpp)
 #pragma once

@@ -1,14 +1,14 @@
 // The encodings that there are GPU kernels for: one list, from which kernels and the GPU module take all that
-// they do alike for each. A new encoding adds a folder here, and a line to the list
-// (docs/adding-an-encoding.md).
+// they do alike for each. A new encoding adds a file to kernels/gpu/encodings, and a line to the list
+// (docs/adding-a-part.md).
 #pragma once
 
-#include "kernels/gpu/bvh/encoding.hpp"
 #include "kernels/gpu/encoding_list.hpp"
-#include "kernels/gpu/exact/encoding.hpp"
-#include "kernels/gpu/proof/encoding.hpp"
-#include "kernels/gpu/segment/encoding.hpp"
-#include "kernels/gpu/spherical/encoding.hpp"
+#include "kernels/gpu/encodings/bvh.hpp"
+#include "kernels/gpu/encodings/exact.hpp"
+#include "kernels/gpu/encodings/proof.hpp"
+#include "kernels/gpu/encodings/segment.hpp"
+#include "kernels/gpu/encodings/spherical.hpp"
 
 namespace nif::kernels::gpu {
 

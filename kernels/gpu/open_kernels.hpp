@@ -4,7 +4,7 @@
 #pragma once
 
 #include "kernels/gpu/scene_kernels.hpp"
-#include "kernels/reference/proof/open.hpp"
+#include "kernels/reference/planes/open.hpp"
 #include "kernels/reference/scene_hit.hpp"
 
 namespace nif::kernels::gpu {

@@ -5,7 +5,7 @@
 #include <bit>
 #include <cstring>
 
-#include "kernels/reference/segment/samples.hpp"
+#include "kernels/reference/network/samples.hpp"
 
 namespace nif::kernels::cpu {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "kernels/packed/corner_bricks.hpp"
-#include "kernels/reference/segment/field.hpp"
+#include "kernels/reference/network/field.hpp"
 
 namespace nif::kernels::cpu {
 

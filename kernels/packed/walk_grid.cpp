@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "kernels/reference/proof/walk.hpp"
+#include "kernels/reference/planes/walk.hpp"
 
 namespace nif::kernels::cpu {
 namespace {
@@ -130,7 +130,7 @@ struct VoxelWords {
   std::pmr::vector<uint32_t> words;  ///< [z][y][x]
 
   template <class WordOf>
-  VoxelWords(const ProofField& field, const WordOf& word_of, std::pmr::memory_resource* memory)
+  VoxelWords(const PlanesField& field, const WordOf& word_of, std::pmr::memory_resource* memory)
       : size(field.voxels), words(memory) {
     words.reserve(size_t(size[0]) * size[1] * size[2]);
     for_all(size, [&](const uint32_t(&voxel)[3]) {
@@ -186,7 +186,7 @@ BrickChoice choose_bricks(const VoxelWords& voxels, size_t most_without_bricks) 
 
 }  // namespace
 
-WalkGrid::WalkGrid(const ProofField& field, std::pmr::memory_resource* memory, size_t most_without_bricks)
+WalkGrid::WalkGrid(const PlanesField& field, std::pmr::memory_resource* memory, size_t most_without_bricks)
     : bricks(memory), voxels(memory), parts(field.parts, field.parts + field.part_count, memory) {
   {
     VoxelWords all(
@@ -270,7 +270,7 @@ uint32_t WalkGrid::word_at(const int32_t (&voxel)[3]) const {
   return is_brick(word) ? word : voxels[voxels_first(word) + place];
 }
 
-size_t walk_bytes(const ProofField& field) {
+size_t walk_bytes(const PlanesField& field) {
   const auto word_of = [&](const int32_t(&voxel)[3]) {
     const VoxelState state = voxel_state(field, voxel);
     return state == VoxelState::surface ? kBareCell : make_empty(seen_in(state));

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "kernels/packed/walk_words.hpp"
-#include "kernels/reference/proof/field.hpp"
+#include "kernels/reference/planes/field.hpp"
 
 namespace nif::kernels::cpu {
 
@@ -27,7 +27,7 @@ struct VoxelWords;
 
 struct WalkGrid {
   /// Without bricks unless words for all voxels would take more than so many bytes, and bricks take less.
-  WalkGrid(const ProofField& field, std::pmr::memory_resource* memory,
+  WalkGrid(const PlanesField& field, std::pmr::memory_resource* memory,
            size_t most_without_bricks = std::numeric_limits<size_t>::max());
 
   /// Bricks have 2^brick_levels voxels along each axis: as many as takes fewest bytes, or one.
@@ -35,7 +35,7 @@ struct WalkGrid {
   uint32_t size[3];                   ///< bricks along each axis
   std::pmr::vector<uint32_t> bricks;  ///< [z][y][x]; none where a brick is one voxel
   std::pmr::vector<uint32_t> voxels;  ///< [z][y][x], of all or of each brick whose voxels are not alike
-  std::pmr::vector<uint32_t> parts;   ///< as ProofField::parts
+  std::pmr::vector<uint32_t> parts;   ///< as PlanesField::parts
 
   /// Where there are no bricks.
   WalkWords view() const { return {voxels.data(), parts.data()}; }
@@ -54,6 +54,6 @@ struct WalkGrid {
 };
 
 /// What a field's words take, without making them. Of the field only occupancy and part_count are read.
-size_t walk_bytes(const ProofField& field);
+size_t walk_bytes(const PlanesField& field);
 
 }  // namespace nif::kernels::cpu

@@ -1,5 +1,5 @@
 // What the kernels that leap over voxels read: a word for each voxel. In a surface voxel it is the record of
-// the field (kernels/reference/proof/cells.hpp). In any other it says what the voxel is, and a box around it
+// the field (kernels/reference/planes/cells.hpp). In any other it says what the voxel is, and a box around it
 // in which all voxels are alike: a leap ends where the segment leaves that box. So nothing is missed, and the
 // crossing at which the leap ends is one that the reference comes to as well.
 //
@@ -10,7 +10,7 @@
 
 #include <cstdint>
 
-#include "kernels/reference/proof/cells.hpp"
+#include "kernels/reference/planes/cells.hpp"
 
 namespace nif::kernels {
 
@@ -50,7 +50,7 @@ constexpr uint32_t walk_bricks(uint32_t voxels, uint32_t brick_levels) {
 /// A field's words, one for each voxel.
 struct WalkWords {
   const uint32_t* voxels = nullptr;  ///< [voxels z][y][x]
-  const uint32_t* parts = nullptr;   ///< as ProofField::parts
+  const uint32_t* parts = nullptr;   ///< as PlanesField::parts
 };
 
 }  // namespace nif::kernels

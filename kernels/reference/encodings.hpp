@@ -1,24 +1,64 @@
-// The encodings of objects as the scalar code knows them: one list, and each question that is asked of all of
-// them. A new encoding adds a folder here with its encoding.hpp, and its field to the list
-// (docs/adding-an-encoding.md).
+// The encodings of objects: which parts there may be together, what users call them, and each question that is
+// asked of all of them. A new one adds a file to kernels/reference/encodings, and lines to the lists here
+// (docs/adding-a-part.md).
 #pragma once
 
 #include <algorithm>
 #include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
 #include <limits>
 #include <variant>
 
-#include "kernels/reference/bvh/encoding.hpp"
-#include "kernels/reference/exact/encoding.hpp"
+#include "kernels/reference/encodings/bvh.hpp"
+#include "kernels/reference/encodings/exact.hpp"
+#include "kernels/reference/encodings/proof.hpp"
+#include "kernels/reference/encodings/segment.hpp"
+#include "kernels/reference/encodings/spherical.hpp"
 #include "kernels/reference/instance.hpp"
-#include "kernels/reference/proof/encoding.hpp"
-#include "kernels/reference/segment/encoding.hpp"
-#include "kernels/reference/spherical/encoding.hpp"
 
 namespace nif::kernels {
 
 /// One object, ready to be queried. Owns nothing; fields are plain pointers into a loaded asset.
-using AnyField = std::variant<SegmentField, SphericalField, BvhField, ExactField, ProofField>;
+using AnyField = std::variant<SegmentField, SphericalField, TrianglesField, ExactField, PlanesField>;
+
+/// What users call an encoding; the number is that of NifEncoding. `place`: in AnyField.
+struct EncodingName {
+  uint32_t number;
+  const char* name;
+  size_t place;
+};
+inline constexpr EncodingName kEncodings[] = {
+    {1, "segment", 0}, {2, "spherical", 1}, {3, "bvh", 2}, {4, "exact", 3}, {5, "proof", 4}};
+static_assert(std::size(kEncodings) == std::variant_size_v<AnyField>);
+
+/// The encoding that has a field.
+template <class Field, size_t kPlace = 0>
+constexpr const EncodingName& encoding_of_field() {
+  if constexpr (std::same_as<Field, std::variant_alternative_t<kPlace, AnyField>>)
+    return kEncodings[kPlace];
+  else
+    return encoding_of_field<Field, kPlace + 1>();
+}
+
+/// The encoding of an object that has these parts and no others; null where there is none.
+constexpr const EncodingName* encoding_with(bool planes, bool triangles, bool network, bool spherical) {
+  if (spherical) return planes || triangles || network ? nullptr : &encoding_of_field<SphericalField>();
+  if (network) return planes && !triangles ? &encoding_of_field<SegmentField>() : nullptr;
+  if (planes) return triangles ? &encoding_of_field<ExactField>() : &encoding_of_field<PlanesField>();
+  return triangles ? &encoding_of_field<TrianglesField>() : nullptr;
+}
+
+/// The parts of an object as one field: those that it has, in an encoding that there is.
+inline AnyField join_parts(const PlanesField* planes, const TrianglesField* triangles,
+                           const NetworkField* network, const SphericalField* spherical) {
+  if (spherical) return *spherical;
+  if (network) return SegmentField{*planes, *network};
+  if (planes && triangles) return ExactField{*planes, *triangles};
+  if (planes) return *planes;
+  return *triangles;
+}
 
 // These are templates so that nothing converts to an AnyField: an encoding that lacks one of its own
 // functions would call them in its place, without end.

@@ -2,8 +2,8 @@
 // is written.
 #pragma once
 
-#include "kernels/reference/bvh/source_triangles.hpp"
-#include "kernels/reference/proof/colors.hpp"
+#include "kernels/reference/planes/colors.hpp"
+#include "kernels/reference/triangles/source_triangles.hpp"
 
 namespace nif::kernels {
 

@@ -5,7 +5,7 @@
 
 #include "kernels/reference/batch.hpp"
 #include "kernels/reference/object_kernel.hpp"
-#include "kernels/reference/proof/prove_one.hpp"
+#include "kernels/reference/planes/prove_one.hpp"
 
 namespace nif::kernels {
 
@@ -29,7 +29,7 @@ class ReferenceKernel final : public ObjectKernel {
     }
   }
   void prove(const SegmentBatch& batch, AnswerBatch& answers, OpenBatch& open, void* scratch) const override {
-    if constexpr (std::derived_from<Field, ProofField>) {
+    if constexpr (std::derived_from<Field, PlanesField>) {
       for (uint32_t i = 0; i < batch.count; ++i) prove_one(field_, batch, i, answers, open);
     } else {
       ObjectKernel::prove(batch, answers, open, scratch);

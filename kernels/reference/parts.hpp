@@ -4,33 +4,33 @@
 
 #include <concepts>
 
-#include "kernels/reference/bvh/field.hpp"
-#include "kernels/reference/proof/field.hpp"
+#include "kernels/reference/planes/field.hpp"
+#include "kernels/reference/triangles/field.hpp"
 
 namespace nif::kernels {
 
 /// Within the field; null where it has none.
 template <class Field>
-constexpr const ProofField* grid_of(const Field& field) {
-  if constexpr (std::derived_from<Field, ProofField>)
+constexpr const PlanesField* grid_of(const Field& field) {
+  if constexpr (std::derived_from<Field, PlanesField>)
     return &field;
   else if constexpr (requires {
-                       { field.proof } -> std::same_as<const ProofField&>;
+                       { field.planes } -> std::same_as<const PlanesField&>;
                      })
-    return &field.proof;
+    return &field.planes;
   else
     return nullptr;
 }
 
 /// Likewise.
 template <class Field>
-constexpr const BvhField* tree_of(const Field& field) {
-  if constexpr (std::derived_from<Field, BvhField>)
+constexpr const TrianglesField* tree_of(const Field& field) {
+  if constexpr (std::derived_from<Field, TrianglesField>)
     return &field;
   else if constexpr (requires {
-                       { field.bvh } -> std::same_as<const BvhField&>;
+                       { field.triangles } -> std::same_as<const TrianglesField&>;
                      })
-    return &field.bvh;
+    return &field.triangles;
   else
     return nullptr;
 }

@@ -16,7 +16,7 @@ struct HostMaths {
   static double log1p(double x) { return std::log1p(x); }
 };
 
-/// Where a network was asked: no sum overflows, see formats/nif/segment/read.cpp.
+/// Where a network was asked: no sum overflows, see formats/nif/network/read.cpp.
 NIF_HOST_DEVICE inline float log_odds(int32_t logit, const Calibration& calibration) {
   return static_cast<float>(logit + calibration.threshold) * calibration.scale;
 }

@@ -40,7 +40,7 @@ kernels::HitDetails add_details(kernels::HitDetails details, Arena& arena) {
   if (source.words) arena.move(source.words, kernels::source_words(source.count, source.bits));
   kernels::VoxelColors& colors = details.colors;
   if (colors.values) {
-    kernels::ProofField grid = *colors.grid;
+    kernels::PlanesField grid = *colors.grid;
     arena.move(colors.values, grid.surface_voxels);
     arena.move(grid.brick_table, size_t(grid.bricks[0]) * grid.bricks[1] * grid.bricks[2]);
     arena.move(grid.brick_states, grid.mixed_bricks);

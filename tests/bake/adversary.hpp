@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "formats/base/vector.hpp"
-#include "kernels/reference/proof/walk.hpp"
+#include "kernels/reference/planes/walk.hpp"
 #include "tests/bake/hard_shapes.hpp"
 #include "tests/support/occupied_object.hpp"
 

@@ -49,7 +49,7 @@ TEST(Bake, KeepsNamesInstancesAndBoundsAndSharesEqualMeshes) {
     const mesh::Box box = mesh::bounds(scene.meshes[i].positions, scene.meshes[i].triangles);
     EXPECT_EQ(view.objects[i].aabb_min, box.min);
     EXPECT_EQ(view.objects[i].aabb_max, box.max);
-    EXPECT_EQ(view.objects[i].triangles, scene.meshes[i].triangles.size());
+    EXPECT_EQ(view.objects[i].triangle_count, scene.meshes[i].triangles.size());
   }
   ASSERT_EQ(view.instances.size(), 3u);
   const uint32_t objects[] = {0, 1, 0};

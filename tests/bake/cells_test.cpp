@@ -1,15 +1,15 @@
 // Planes hold what is in their cells, walls are found where surfaces are whole, and words are as files have
 // them.
-#include "bake/proof/cells.hpp"
+#include "bake/planes/cells.hpp"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include "bake/proof/thinnest.hpp"
+#include "bake/planes/thinnest.hpp"
 #include "formats/base/random.hpp"
 #include "formats/base/status.hpp"
 #include "formats/nif/writer.hpp"
-#include "kernels/reference/proof/walk.hpp"
+#include "kernels/reference/planes/walk.hpp"
 #include "tests/support/occupied_object.hpp"
 #include "tests/support/shapes.hpp"
 
@@ -69,18 +69,20 @@ TEST_P(FitCells, PutsPlanesAroundAllThatComesNear) {
 
 TEST_P(FitCells, MakesWordsAsFilesHaveThem) {
   const OccupiedObject o(mixed_mesh(), 40, {.levels = GetParam()});
-  EXPECT_EQ(o.data.parts.empty(), GetParam() == 0);
-  EXPECT_EQ(o.cells.parts, o.data.parts.size());
+  EXPECT_EQ(o.object.planes->parts.empty(), GetParam() == 0);
+  EXPECT_EQ(o.cells.parts, o.object.planes->parts.size());
   format::Asset asset;
   format::Object& object = asset.objects.emplace_back();
   object.name = "mixed";
   object.aabb_min = o.prepared.box.min;
   object.aabb_max = o.prepared.box.max;
   object.bias = o.prepared.bias;
-  object.triangles = uint32_t(o.prepared.surface.triangles.size());
-  object.content = o.data;
-  const uint32_t inputs = kernels::input_count(o.data.samples, o.data.features_per_corner);
-  asset.networks = {{{{inputs, 1, 0, std::vector<int32_t>(1), std::vector<int8_t>(inputs)}}, 1}};
+  object.triangle_count = uint32_t(o.prepared.surface.triangles.size());
+  object.planes = o.object.planes;
+  object.network = o.object.network;
+  const uint32_t inputs =
+      kernels::input_count(o.object.network->samples, o.object.network->features_per_corner);
+  asset.mlps = {{{{inputs, 1, 0, std::vector<int32_t>(1), std::vector<int8_t>(inputs)}}, 1}};
   EXPECT_NO_THROW(format::encode(asset));  // which reads what it wrote
 }
 
@@ -90,7 +92,7 @@ TEST(FitCells, IsTheSameForAnyNumberOfThreads) {
   const auto words = [](size_t threads) {
     const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
     const OccupiedObject o(mixed_mesh(), 40, {.levels = 2});
-    return std::pair(o.data.voxel_records, o.data.parts);
+    return std::pair(o.object.planes->voxel_records, o.object.planes->parts);
   };
   EXPECT_EQ(words(1), words(4));
 }
@@ -148,8 +150,8 @@ TEST(FitCells, CutsLessWhereThatMakesTooManyParts) {
   const bake::Grid& grid = o.occupancy.grid;
   const bake::SurfaceVoxels surface = bake::voxelize(grid, o.prepared.surface);
   const auto fit = [&](double thickness, size_t most) {
-    bake::fit_cells(grid, o.prepared.surface, surface, thickness, "ball", o.data, most);
-    return o.data.parts;
+    bake::fit_cells(grid, o.prepared.surface, surface, thickness, "ball", *o.object.planes, most);
+    return o.object.planes->parts;
   };
   const auto fine = fit(0.05, kernels::kMaxParts), coarse = fit(0.1, kernels::kMaxParts);
   ASSERT_GT(fine.size(), coarse.size());

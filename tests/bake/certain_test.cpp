@@ -6,7 +6,7 @@
 #include <atomic>
 
 #include "formats/mesh/read.hpp"
-#include "kernels/reference/proof/walk.hpp"
+#include "kernels/reference/planes/walk.hpp"
 #include "tests/bake/adversary.hpp"
 #include "tests/bake/exact_oracle.hpp"
 #include "tests/bake/hard_shapes.hpp"
@@ -145,7 +145,7 @@ TEST(CertainOnTheDragon, AnswersNearlyAllOfTheNamedSets) {
   const mesh::Scene scene = mesh::read(*folder / "stanford_dragon_871k.ply.gz");
   const OccupiedObject o(scene.meshes[0], 64, {.levels = 2});
   EXPECT_GT(double(o.cells.walls), 0.95 * double(o.cells.planes));
-  EXPECT_LT(o.data.voxel_records.size() + o.data.parts.size(), 65'000u);
+  EXPECT_LT(o.object.planes->voxel_records.size() + o.object.planes->parts.size(), 65'000u);
   for (const auto& [set, least] :
        {std::pair(bake::RaySet::outer_lines, 0.99), std::pair(bake::RaySet::inner_surface, 0.95),
         std::pair(bake::RaySet::segments, 0.97)}) {

@@ -4,7 +4,7 @@
 #include <tbb/global_control.h>
 
 #include "bake/checkpoint.hpp"
-#include "bake/segment/trainer.hpp"
+#include "bake/network/trainer.hpp"
 #include "formats/nif/reader.hpp"
 #include "formats/nif/writer.hpp"
 #include "tests/bake/quiet_bake.hpp"
@@ -215,7 +215,7 @@ TEST(HostileCheckpoint, OfSphericalFieldsDoesNoHarm) {
 struct Course {
   std::vector<Bytes> kept;
   std::vector<int8_t> features;
-  format::Network network;
+  format::Mlp network;
   uint32_t recoveries = 0;
 
   Course(const bake::TrainingOptions& options, size_t threads, Bytes earlier = {}) {
@@ -227,8 +227,8 @@ struct Course {
     TrainingLog log(std::move(before), 0,
                     [&](std::span<const KeptTraining> trainings) { kept.push_back(copy_of(trainings, {})); });
     const bake::TrainingResult result = bake::train(
-        object.truth->source(), "torus", object.data, options, [](const auto&) {}, cancel, &log);
-    features = object.data.features;
+        object.truth->source(), object.object, options, [](const auto&) {}, cancel, &log);
+    features = object.object.network->features;
     network = result.network;
     recoveries = result.recoveries;
   }

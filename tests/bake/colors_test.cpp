@@ -9,7 +9,7 @@
 #include "formats/mesh/flat_scene.hpp"
 #include "formats/mesh/read.hpp"
 #include "formats/nif/writer.hpp"
-#include "kernels/reference/proof/colors.hpp"
+#include "kernels/reference/planes/colors.hpp"
 #include "nif/nif.hpp"
 #include "tests/bake/quiet_bake.hpp"
 #include "tests/support/gltf.hpp"
@@ -278,8 +278,7 @@ TEST(Colors, AreTheMeanOverAVoxel) {
   }
 
   const bake::BakeResult result = bake_quietly(scene, options_for("exact"));
-  const auto& exact = result.asset.objects[0].as<format::ExactData>();
-  const kernels::ProofField field = format::proof_of(exact.proof);
+  const kernels::PlanesField field = format::field_of(*result.asset.objects[0].planes);
   const format::Colors& colors = *result.asset.objects[0].colors;
   ASSERT_EQ(colors.size(), field.surface_voxels);
   std::vector<Color> sums(colors.size());
@@ -362,10 +361,10 @@ TEST(Colors, KeepObjectsFromBecomingABvh) {
   bake::BakeOptions options = options_for("auto");
   options.resolution.reset();
   options.max_error = 0;
-  EXPECT_TRUE(bake_quietly(scene, options).asset.objects[0].is<format::Bvh>()) << "no colours to keep";
+  EXPECT_FALSE(bake_quietly(scene, options).asset.objects[0].planes) << "no colours to keep";
   scene.meshes[0].look.colors.assign(scene.meshes[0].positions.size(), {1, 0, 0});
   const bake::BakeResult result = bake_quietly(scene, options);
-  EXPECT_TRUE(result.asset.objects[0].is<format::ExactData>());
+  EXPECT_TRUE(result.asset.objects[0].planes && result.asset.objects[0].triangles);
   EXPECT_TRUE(result.asset.objects[0].colors.has_value());
 }
 

@@ -8,10 +8,10 @@
 #include <nlohmann/json.hpp>
 
 #include "bake/bake.hpp"
-#include "bake/bvh/builder.hpp"
 #include "bake/choice.hpp"
+#include "bake/network/corners.hpp"
 #include "bake/oracle/prepare.hpp"
-#include "bake/segment/corners.hpp"
+#include "bake/triangles/builder.hpp"
 #include "formats/nif/reader.hpp"
 #include "formats/nif/writer.hpp"
 #include "tests/bake/quiet_bake.hpp"
@@ -73,9 +73,9 @@ TEST(Encoding, OfABvhAnswersAsEmbree) {
     options.evaluation_rays = 200'000;
     const bake::BakeResult result = bake_quietly(scene_of({mesh}), options);
     const format::Object& object = result.asset.objects[0];
-    ASSERT_TRUE(object.is<format::Bvh>());
-    EXPECT_EQ(object.as<format::Bvh>().triangles.size(), mesh.triangles.size());
-    EXPECT_TRUE(result.asset.networks.empty());
+    ASSERT_TRUE(object.triangles && !object.planes);
+    EXPECT_EQ(object.triangles->triangles.size(), mesh.triangles.size());
+    EXPECT_TRUE(result.asset.mlps.empty());
     EXPECT_EQ(result.objects[0].encoding, "bvh");
     EXPECT_EQ(result.objects[0].training_rays, 0u);
     uint64_t rays = 0;
@@ -98,7 +98,7 @@ TEST(Encoding, OfABvhCanBeWrittenWithoutMeasuring) {
   const std::vector<std::byte> file = format::encode(result.asset);
   const format::AssetView view = format::read_asset(file, "test");
   ASSERT_EQ(view.objects.size(), 2u);
-  for (const format::ObjectView& object : view.objects) EXPECT_TRUE(object.is<format::BvhView>());
+  for (const format::ObjectView& object : view.objects) EXPECT_TRUE(object.is<kernels::TrianglesField>());
   const auto metadata = nlohmann::json::parse(view.metadata);
   EXPECT_EQ(metadata["options"]["encoding"], "bvh");
   EXPECT_FALSE(metadata["options"].contains("preset"));
@@ -133,8 +133,8 @@ TEST(Encoding, IsChosenForEachObjectAndSaysWhy) {
   EXPECT_EQ(smooth.training_rays, 0u);
 
   // Networks are numbered as if the others were not there.
-  ASSERT_EQ(result.asset.networks.size(), 1u);
-  EXPECT_EQ(result.asset.objects[1].as<format::SegmentData>().network, 0u);
+  ASSERT_EQ(result.asset.mlps.size(), 1u);
+  EXPECT_EQ(result.asset.objects[1].network->mlp, 0u);
   const auto metadata = nlohmann::json::parse(result.asset.metadata);
   for (size_t i = 0; i < 3; ++i) {
     EXPECT_EQ(metadata["objects"][i]["encoding"], result.objects[i].encoding);
@@ -150,7 +150,7 @@ TEST(Encoding, IsExactWhereNoAnswerMayBeWrong) {
   EXPECT_EQ(result.objects[1].encoding, "exact");
   for (const bake::ObjectReport& object : result.objects)
     EXPECT_NE(object.reason.find("exact: no answer may be wrong"), std::string::npos) << object.reason;
-  EXPECT_TRUE(result.asset.networks.empty());
+  EXPECT_TRUE(result.asset.mlps.empty());
 }
 
 TEST(Encoding, IsProofWhereRaysMayStayOpen) {
@@ -161,7 +161,7 @@ TEST(Encoding, IsProofWhereRaysMayStayOpen) {
   EXPECT_EQ(result.objects[1].encoding, "proof");
   EXPECT_EQ(result.objects[1].reason, "proof: it has 200000 triangles or more");
   EXPECT_EQ(result.objects[1].training_rays, 0u);
-  EXPECT_TRUE(result.asset.networks.empty());
+  EXPECT_TRUE(result.asset.mlps.empty());
   for (const RaySet set : bake::kRaySets) {
     EXPECT_EQ(result.sets[size_t(set)].leak, 0u);
     EXPECT_EQ(result.sets[size_t(set)].certain_wrong, 0u);
@@ -171,8 +171,8 @@ TEST(Encoding, IsProofWhereRaysMayStayOpen) {
   const bake::BakeResult wild = bake_quietly(scene_of({soup(3000)}), options);
   EXPECT_EQ(wild.objects[0].encoding, "proof");
   EXPECT_NE(wild.objects[0].reason.find("planes are left out"), std::string::npos) << wild.objects[0].reason;
-  EXPECT_FALSE(kernels::has_planes(format::proof_of(wild.asset.objects[0].as<format::ProofData>())));
-  EXPECT_TRUE(kernels::has_planes(format::proof_of(result.asset.objects[1].as<format::ProofData>())));
+  EXPECT_FALSE(kernels::has_planes(format::field_of(*wild.asset.objects[0].planes)));
+  EXPECT_TRUE(kernels::has_planes(format::field_of(*result.asset.objects[1].planes)));
   options.encoding = bake::kAutomatic;
   // Where nothing fits but planes.
   options.max_bytes = 200'000;
@@ -279,7 +279,7 @@ TEST(Encoding, CountsTheWorkOfBoth) {
   const auto work = [](const mesh::Mesh& mesh) {
     const bake::Prepared prepared = bake::prepare(mesh);
     const bake::GroundTruth truth(prepared);
-    const format::Bvh bvh = bake::build_bvh(prepared.surface.positions, prepared.surface.triangles);
+    const format::TrianglesData bvh = bake::build_bvh(prepared.surface.positions, prepared.surface.triangles);
     return bake::work_of(format::field_of(bvh), truth.source(), 5);
   };
   EXPECT_GT(work(coarse), 0);
@@ -289,12 +289,14 @@ TEST(Encoding, CountsTheWorkOfBoth) {
   const bake::GroundTruth truth(prepared);
   const auto field_work = [&](uint32_t resolution) {
     const bake::Grid grid = bake::make_grid(prepared.box, resolution);
-    format::SegmentData data;
+    format::Object object;
+    object.planes.emplace();
+    object.network.emplace();
     bake::store_occupancy(
         bake::classify(grid, prepared.surface, bake::voxelize(grid, prepared.surface).marks, prepared.closed),
-        2, "coarse", data);
-    format::leave_bare(data);
-    return bake::work_of(format::field_of(data, {}), truth.source(), 5);
+        2, object);
+    format::leave_bare(*object.planes);
+    return bake::work_of(format::field_of(object, {}), truth.source(), 5);
   };
   // Empty bricks cost nothing, so that a finer grid does not cost as much more as it has voxels.
   EXPECT_GT(field_work(128), 0);

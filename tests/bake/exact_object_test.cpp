@@ -7,15 +7,15 @@
 #include <atomic>
 #include <cstdlib>
 
-#include "bake/bvh/builder.hpp"
+#include "bake/triangles/builder.hpp"
 #include "formats/mesh/read.hpp"
 #include "formats/nif/reader.hpp"
 #include "formats/nif/writer.hpp"
-#include "kernels/cpu/exact/kernel.hpp"
-#include "kernels/cpu/proof/kernel.hpp"
+#include "kernels/cpu/encodings/exact.hpp"
+#include "kernels/cpu/encodings/proof.hpp"
 #include "kernels/reference/batch.hpp"
-#include "kernels/reference/exact/hit.hpp"
-#include "kernels/reference/proof/hit.hpp"
+#include "kernels/reference/encodings/exact.hpp"
+#include "kernels/reference/planes/hit.hpp"
 #include "tests/bake/adversary.hpp"
 #include "tests/support/real_meshes.hpp"
 
@@ -32,16 +32,17 @@ struct ExactObject {
 
   ExactObject(mesh::Mesh source, uint32_t resolution, const CellOptions& options)
       : occupied(std::move(source), resolution, options) {
-    format::ExactData data;
-    bake::store_occupancy(occupied.occupancy, occupied.mesh.name, data.proof);
-    format::leave_bare(data.proof);  // numbers the voxels of bricks, of which there are fewer without corners
-    data.proof.voxel_records = occupied.data.voxel_records;
-    data.proof.parts = occupied.data.parts;
-    data.bvh = bake::build_bvh(occupied.prepared.surface.positions, occupied.prepared.surface.triangles);
     format::Asset asset;
-    asset.objects.emplace_back().content = std::move(data);
+    format::Object& object = asset.objects.emplace_back();
+    format::PlanesData& planes = object.planes.emplace();
+    bake::store_occupancy(occupied.occupancy, occupied.mesh.name, planes);
+    format::leave_bare(planes);  // numbers the voxels of bricks, of which there are fewer without corners
+    planes.voxel_records = occupied.object.planes->voxel_records;
+    planes.parts = occupied.object.planes->parts;
+    object.triangles =
+        bake::build_bvh(occupied.prepared.surface.positions, occupied.prepared.surface.triangles);
     file = format::encode(asset);
-    field = format::read_asset(file, occupied.mesh.name).objects[0].as<format::ExactView>().field;
+    field = format::read_asset(file, occupied.mesh.name).objects[0].as<kernels::ExactField>();
   }
 };
 
@@ -49,7 +50,7 @@ struct Tally {
   std::atomic<uint64_t> rays{0}, proven{0}, differ{0};
 };
 
-bool visible_in(const kernels::BvhField& field, Segment segment, const kernels::OpenInterval& part) {
+bool visible_in(const kernels::TrianglesField& field, Segment segment, const kernels::OpenInterval& part) {
   segment.tmin = part.begin;
   segment.tmax = part.end;
   return kernels::query(field, segment).visible;
@@ -69,8 +70,8 @@ uint64_t wrong_hits(const kernels::ExactField& field, const kernels::SegmentBatc
   std::vector<kernels::Hit> expected, planes;
   for (uint32_t i = 0; i < batch.count; ++i) {
     const Segment segment = kernels::segment_of(batch, i);
-    const kernels::Hit& hit = expected.emplace_back(kernels::intersect(field.bvh, segment));
-    const kernels::Hit& bounds = planes.emplace_back(kernels::intersect(field.proof, segment));
+    const kernels::Hit& hit = expected.emplace_back(kernels::intersect(field.triangles, segment));
+    const kernels::Hit& bounds = planes.emplace_back(kernels::intersect(field.planes, segment));
     wrong += !same(kernels::intersect(field, segment), hit);
     wrong += !(bounds.low <= hit.t && (bounds.high == kernels::kNoHit || hit.t <= bounds.high));
   }
@@ -97,7 +98,7 @@ void compare(const ExactObject& o, uint64_t segments, bool by_reference, Tally& 
   for (const Isa isa : {Isa::sse4, Isa::avx2, Isa::avx512, Isa::neon}) {
     if (!kernels::cpu::available(isa)) continue;
     fast.push_back(kernels::cpu::make_kernel(o.field, {isa, memory, copies}));
-    proofs.push_back(kernels::cpu::make_kernel(o.field.proof, {isa, memory, copies}));
+    proofs.push_back(kernels::cpu::make_kernel(o.field.planes, {isa, memory, copies}));
   }
   tbb::parallel_for(uint64_t{0}, segments / kernels::kBatchRays, [&](uint64_t b) {
     struct Work {
@@ -117,13 +118,14 @@ void compare(const ExactObject& o, uint64_t segments, bool by_reference, Tally& 
       if (random.below(16) == 0)  // beyond what planes prove anything of
         for (float& x : s.origin) x *= static_cast<float>(random_size(random, 10.0, 1e6));
       kernels::set_segment(work->batch, i, s);
-      expected.push_back(kernels::query(o.field.bvh, s));
+      expected.push_back(kernels::query(o.field.triangles, s));
       kernels::Walk walk;
-      kernels::walk_segment(o.field.proof, s, walk);
+      kernels::walk_segment(o.field.planes, s, walk);
       proven += walk.certain;
-      provable.push_back(kernels::prove(o.field.proof, s, parts.emplace_back()));
-      differ += provable.back().certain ? provable.back().visible != expected.back().visible
-                                        : visible_in(o.field.bvh, s, parts.back()) != expected.back().visible;
+      provable.push_back(kernels::prove(o.field.planes, s, parts.emplace_back()));
+      differ += provable.back().certain
+                    ? provable.back().visible != expected.back().visible
+                    : visible_in(o.field.triangles, s, parts.back()) != expected.back().visible;
       if (!by_reference) continue;
       const kernels::Answer found = kernels::query(o.field, s);
       differ += found.visible != expected.back().visible || found.certain != expected.back().certain ||

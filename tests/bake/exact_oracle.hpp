@@ -6,7 +6,7 @@
 
 #include "formats/base/vector.hpp"
 #include "formats/mesh/scene.hpp"
-#include "kernels/reference/proof/walk.hpp"
+#include "kernels/reference/planes/walk.hpp"
 
 namespace nif::test {
 

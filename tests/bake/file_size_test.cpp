@@ -18,10 +18,9 @@ std::vector<format::Asset> parts_of(const format::Asset& whole) {
   for (const format::Object& object : whole.objects) {
     format::Asset& part = parts.emplace_back();
     part.objects = {object};
-    if (object.is<format::SegmentData>())
-      part.networks = {whole.networks[object.as<format::SegmentData>().network]};
-    if (!object.is<format::SphericalData>()) continue;
-    const uint32_t network = object.as<format::SphericalData>().network;
+    if (object.network) part.mlps = {whole.mlps[object.network->mlp]};
+    if (!object.spherical) continue;
+    const uint32_t network = object.spherical->network;
     if (known.insert(network).second) part.spherical_networks = {whole.spherical_networks[network]};
   }
   return parts;
@@ -51,12 +50,11 @@ TEST(FileSize, ForgetsPartsThatGo) {
   format::FileSize fields, all;
   for (const format::Asset& part : parts) {
     all.add(format::section_bytes(part));
-    if (part.objects.empty() || part.objects[0].is<format::SegmentData>())
-      fields.add(format::section_bytes(part));
+    if (part.objects.empty() || part.objects[0].network) fields.add(format::section_bytes(part));
   }
   EXPECT_GT(all.bytes(), fields.bytes());
   for (const format::Asset& part : parts)
-    if (!part.objects.empty() && part.objects[0].is<format::Bvh>()) all.remove(format::section_bytes(part));
+    if (!part.objects.empty() && part.objects[0].triangles) all.remove(format::section_bytes(part));
   EXPECT_EQ(all.bytes(), fields.bytes());
 }
 

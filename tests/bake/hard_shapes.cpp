@@ -2,7 +2,7 @@
 // slivers, soup. Random numbers come from fixed seeds, so a test that fails can be run again.
 #include "tests/bake/hard_shapes.hpp"
 
-#include "bake/proof/voxelize.hpp"
+#include "bake/planes/voxelize.hpp"
 #include "formats/base/vector.hpp"
 #include "tests/support/shapes.hpp"
 

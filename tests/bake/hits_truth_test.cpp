@@ -14,13 +14,13 @@
 #include <memory>
 #include <mutex>
 
-#include "bake/bvh/builder.hpp"
 #include "bake/oracle/prepare.hpp"
 #include "bake/oracle/ray_sets.hpp"
+#include "bake/triangles/builder.hpp"
 #include "formats/base/vector.hpp"
 #include "formats/mesh/read.hpp"
-#include "formats/nif/bvh/encoding.hpp"
-#include "kernels/reference/bvh/hit.hpp"
+#include "formats/nif/triangles/part.hpp"
+#include "kernels/reference/triangles/hit.hpp"
 #include "tests/bake/exact_oracle.hpp"
 #include "tests/bake/hard_shapes.hpp"
 #include "tests/support/real_meshes.hpp"
@@ -72,8 +72,8 @@ bool is_right(const ExactOracle& exact, const Segment& ray, const Hit& hit, doub
 void compare(const mesh::Mesh& mesh, uint64_t rays_of_set, Tally& tally) {
   const bake::Prepared prepared = bake::prepare(mesh);
   if (!bake::fits_bvh(prepared.surface.positions)) return;
-  const format::Bvh bvh = bake::build_bvh(prepared.surface.positions, prepared.surface.triangles);
-  const kernels::BvhField field = format::field_of(bvh);
+  const format::TrianglesData bvh = bake::build_bvh(prepared.surface.positions, prepared.surface.triangles);
+  const kernels::TrianglesField field = format::field_of(bvh);
   const bake::GroundTruth truth(prepared);
   LateOracle exact(prepared);
   const double off = 1e-6 * prepared.box.diagonal(), reach = 10 * prepared.box.diagonal();

@@ -1,5 +1,5 @@
 // Answers that lean: the threshold that is looked for, and what it makes of a field's answers.
-#include "bake/segment/lean.hpp"
+#include "bake/network/lean.hpp"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
@@ -82,14 +82,13 @@ TEST(LeastMove, NeedsEnoughRays) {
 TEST(Threshold, LowersOutputsAndLeavesProbabilities) {
   Random random(5);
   for (int i = 0; i < 20; ++i) {
-    const format::Network network = random_network(random, 24);
-    format::Network leaning = network;
+    const format::Mlp network = random_network(random, 24);
+    format::Mlp leaning = network;
     const int32_t by = random.between(-50'000, 50'000);
     format::lean(leaning, by);
     const format::OutputRange range = format::output_range(network);
-    format::SegmentData data;
-    const kernels::SegmentField before = format::field_of(data, network),
-                                after = format::field_of(data, leaning);
+    const kernels::NetworkField before = format::field_of(format::NetworkData(), network, {}),
+                                after = format::field_of(format::NetworkData(), leaning, {});
     for (int k = 0; k < 200; ++k) {
       uint8_t inputs[24];
       for (uint8_t& input : inputs) input = uint8_t(random.below(128));
@@ -98,8 +97,8 @@ TEST(Threshold, LowersOutputsAndLeavesProbabilities) {
       EXPECT_GE(output, range.least);
       EXPECT_LE(output, range.largest);
       EXPECT_EQ(leant, output - by);
-      EXPECT_EQ(kernels::visible_probability(output, kernels::calibration(before)),
-                kernels::visible_probability(leant, kernels::calibration(after)));
+      EXPECT_EQ(kernels::visible_probability(output, before.network.calibration),
+                kernels::visible_probability(leant, after.network.calibration));
     }
   }
 }
@@ -144,16 +143,16 @@ TEST_P(Leaning, KeepsTheRateOnFreshRaysAndTheProbabilities) {
   bake::BakeOptions options = briefly_trained();
   const bake::BakeResult upright = bake_quietly(scene_, options);
   EXPECT_FALSE(std::get<bake::SegmentBaking::Report>(upright.objects[0].own).lean);
-  EXPECT_EQ(upright.asset.networks[0].threshold, 0);
+  EXPECT_EQ(upright.asset.mlps[0].threshold, 0);
   options.lean = {mistake_, kRate};
   const bake::BakeResult leaning = bake_quietly(scene_, options);
 
   // The same field, but for the threshold.
-  const int32_t threshold = leaning.asset.networks[0].threshold;
+  const int32_t threshold = leaning.asset.mlps[0].threshold;
   EXPECT_EQ(threshold > 0, mistake_ == Mistake::leak);
   EXPECT_EQ(threshold < 0, mistake_ == Mistake::spurious);
   format::Asset moved = upright.asset;
-  format::lean(moved.networks[0], threshold);
+  format::lean(moved.mlps[0], threshold);
   moved.metadata = leaning.asset.metadata;
   EXPECT_TRUE(format::encode(moved) == format::encode(leaning.asset));
 
@@ -234,8 +233,8 @@ TEST(Lean, IsOfEachObjectAndTheSameForAnyNumberOfThreads) {
   };
   const bake::BakeResult one = baked(1);
   EXPECT_TRUE(format::encode(one.asset) == format::encode(baked(2).asset));
-  for (size_t i = 0; i < 2; ++i) EXPECT_EQ(one.asset.networks[i].threshold, lean_of(one, i).threshold);
-  EXPECT_NE(one.asset.networks[0].threshold, one.asset.networks[1].threshold);
+  for (size_t i = 0; i < 2; ++i) EXPECT_EQ(one.asset.mlps[i].threshold, lean_of(one, i).threshold);
+  EXPECT_NE(one.asset.mlps[0].threshold, one.asset.mlps[1].threshold);
 }
 
 TEST(Lean, IsMeasuredWhereAnErrorIsLimited) {
@@ -251,7 +250,7 @@ TEST(Lean, IsMeasuredWhereAnErrorIsLimited) {
   EXPECT_LE(bake::error_bound(leaning.sets).bound, *options.max_error);
   // What is reported is of the field that was kept.
   const bake::LeanReport& report = lean_of(leaning);
-  EXPECT_EQ(report.threshold, leaning.asset.networks[0].threshold);
+  EXPECT_EQ(report.threshold, leaning.asset.mlps[0].threshold);
   EXPECT_LE(report.sets[size_t(report.worst())].bound, 0.002);
 }
 

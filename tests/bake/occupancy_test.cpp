@@ -1,12 +1,12 @@
 // Voxels are marked wherever a triangle is, and called inside or outside only where that is so.
-#include "bake/proof/occupancy.hpp"
+#include "bake/planes/occupancy.hpp"
 
 #include <gtest/gtest.h>
 
 #include <bit>
 
 #include "formats/base/random.hpp"
-#include "kernels/reference/segment/samples.hpp"
+#include "kernels/reference/network/samples.hpp"
 #include "tests/support/occupied_object.hpp"
 #include "tests/support/shapes.hpp"
 
@@ -177,7 +177,7 @@ TEST(StoreOccupancy, KeepsEveryVoxelAndGivesEverySurfaceVoxelItsCorners) {
   append(mesh, open_bowl(10, 20), 1, {0, 0, 1});
   const OccupiedObject o(mesh, 45);
   const bake::Grid& grid = o.occupancy.grid;
-  std::vector<bool> used(o.data.corners, false);
+  std::vector<bool> used(o.object.network->corners, false);
   for (uint32_t z = 0; z < grid.voxels[2]; ++z) {
     for (uint32_t y = 0; y < grid.voxels[1]; ++y) {
       for (uint32_t x = 0; x < grid.voxels[0]; ++x) {
@@ -188,7 +188,7 @@ TEST(StoreOccupancy, KeepsEveryVoxelAndGivesEverySurfaceVoxelItsCorners) {
         for (uint32_t c = 0; c < 8; ++c) {
           const uint32_t corner =
               kernels::corner_index(o.field, x + (c & 1), y + ((c >> 1) & 1), z + (c >> 2));
-          ASSERT_LT(corner, o.data.corners);
+          ASSERT_LT(corner, o.object.network->corners);
           used[corner] = true;
         }
       }

@@ -93,8 +93,8 @@ struct Nearest {
   std::vector<uint32_t> triangles;  ///< all at this t
   std::vector<kernels::TriangleCrossing<double>> crossings;
 };
-Nearest nearest_of(const mesh::Mesh& mesh, const std::vector<uint32_t>& kept, const kernels::BvhField& field,
-                   const Segment& segment) {
+Nearest nearest_of(const mesh::Mesh& mesh, const std::vector<uint32_t>& kept,
+                   const kernels::TrianglesField& field, const Segment& segment) {
   Nearest nearest;
   kernels::BvhRay ray;
   if (!kernels::prepare_ray(field, segment, ray)) return nearest;
@@ -124,10 +124,7 @@ Segment aimed_at(const mesh::Mesh& mesh, Random& random) {
   return segment;
 }
 
-const kernels::BvhField& tree_of(const format::ObjectView& object) {
-  return object.is<format::BvhView>() ? object.as<format::BvhView>().field
-                                      : object.as<format::ExactView>().field.bvh;
-}
+const kernels::TrianglesField& tree_of(const format::ObjectView& object) { return object.triangles->field; }
 
 struct Counts {
   uint64_t hits = 0, ties = 0, uncommon = 0;  ///< of these, whose number in the object is another one
@@ -334,11 +331,10 @@ TEST(SourceTriangles, AreLeftOutUnlessAskedFor) {
   EXPECT_EQ(without.asset.metadata.find("source_triangles"), std::string::npos);
   EXPECT_NE(with.asset.metadata.find("source_triangles"), std::string::npos);
   // Nothing else changes.
-  const auto& one = with.asset.objects[0].as<format::ExactData>();
-  const auto& other = without.asset.objects[0].as<format::ExactData>();
-  EXPECT_EQ(one.bvh.triangles, other.bvh.triangles);
-  EXPECT_EQ(one.bvh.vertices, other.bvh.vertices);
-  EXPECT_EQ(one.proof.parts, other.proof.parts);
+  const format::Object &one = with.asset.objects[0], &other = without.asset.objects[0];
+  EXPECT_EQ(one.triangles->triangles, other.triangles->triangles);
+  EXPECT_EQ(one.triangles->vertices, other.triangles->vertices);
+  EXPECT_EQ(one.planes->parts, other.planes->parts);
   const nifkit::Device device("threads=1");
   const nifkit::Asset asset = nifkit::Asset::load(device, format::encode(without.asset));
   EXPECT_EQ(asset.object(0).source_triangles, 0u);

@@ -279,7 +279,7 @@ TEST(SphericalBake, SharesANetworkOrDoesNot) {
     ASSERT_EQ(view.objects.size(), 2u);
     EXPECT_EQ(view.instances.size(), 3u);
     EXPECT_EQ(view.spherical_networks.size(), shared ? 1u : 2u);
-    EXPECT_EQ(view.objects[1].as<format::SphericalView>().network, shared ? 0u : 1u);
+    EXPECT_EQ(view.objects[1].spherical->network, shared ? 0u : 1u);
     EXPECT_EQ(view.spherical_networks[0].bytes, (4544 + 5280) * (shared ? 2u : 4u));
     for (const bake::ObjectReport& object : result.objects) {
       EXPECT_LT(object.sets[size_t(RaySet::outer_lines)].error(), 0.30) << object.name;

@@ -4,9 +4,9 @@
 #include <hwy/targets.h>
 #include <tbb/global_control.h>
 
+#include "bake/network/trainer.hpp"
+#include "bake/network/trainer_kernels.hpp"
 #include "bake/oracle/evaluate.hpp"
-#include "bake/segment/trainer.hpp"
-#include "bake/segment/trainer_kernels.hpp"
 #include "formats/base/status.hpp"
 #include "tests/bake/training_fault.hpp"
 #include "tests/support/occupied_object.hpp"
@@ -35,13 +35,13 @@ struct Trained {
       : object(std::make_unique<OccupiedObject>(torus(60, 30), 24, CellOptions{.bare = true})) {
     const std::atomic<bool> cancel{false};
     result = bake::train(
-        object->truth->source(), "torus", object->data, options, [](const auto&) {}, cancel);
+        object->truth->source(), object->object, options, [](const auto&) {}, cancel);
   }
   double error(RaySet set) const { return error(set, result.network); }
   double best_constant_error(RaySet set) const {
     double best = 1;
     for (int32_t logit : {-1, 1}) {
-      format::Network constant = result.network;
+      format::Mlp constant = result.network;
       constant.layers.back().weights.assign(constant.layers.back().weights.size(), 0);
       constant.layers.back().biases = {logit};
       best = std::min(best, error(set, constant));
@@ -50,8 +50,8 @@ struct Trained {
   }
 
  private:
-  double error(RaySet set, const format::Network& network) const {
-    const kernels::SegmentField field = format::field_of(object->data, network);
+  double error(RaySet set, const format::Mlp& network) const {
+    const kernels::SegmentField field = format::field_of(object->object, network);
     const bake::LabelledRays rays = bake::make_ray_set(object->truth->source(), set, 50'000, 77);
     return bake::evaluate(rays, bake::reference_answerer(field), object->truth->source().oracle).error();
   }
@@ -71,14 +71,14 @@ TEST(Training, GivesTheSameBytesForAnyNumberOfThreads) {
   bake::TrainingOptions options = short_training();
   options.rays = 200'000;
   struct Bytes {
-    format::SegmentData data;
-    format::Network network;
+    format::NetworkData data;
+    format::Mlp network;
   };
   std::vector<Bytes> bakes;
   for (size_t threads : {1, 2, 3}) {
     tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
     const Trained trained(options);
-    bakes.push_back({trained.object->data, trained.result.network});
+    bakes.push_back({*trained.object->object.network, trained.result.network});
   }
   for (const Bytes& bytes : bakes) {
     ASSERT_EQ(bytes.data.features, bakes[0].data.features);
@@ -103,7 +103,7 @@ TEST(Training, GivesTheSameBytesWithNarrowerVectors) {
   hwy::GetChosenTarget().Update(hwy::SupportedTargets());
   ASSERT_EQ(narrower, "AVX2");
   ASSERT_EQ(bake::trainer_target(), target);
-  EXPECT_EQ(widest.object->data.features, narrow.object->data.features);
+  EXPECT_EQ(widest.object->object.network->features, narrow.object->object.network->features);
   for (size_t l = 0; l < widest.result.network.layers.size(); ++l) {
     EXPECT_EQ(widest.result.network.layers[l].weights, narrow.result.network.layers[l].weights);
     EXPECT_EQ(widest.result.network.layers[l].biases, narrow.result.network.layers[l].biases);
@@ -147,7 +147,7 @@ TEST(Training, FailsWhereTheMixHasNoRays) {
   options.mix = {0, 0, 1, 0, 0};
   const std::atomic<bool> cancel{false};
   const std::string failure = bake::train(
-                                  o.truth->source(), "cube", o.data, options, [](const auto&) {}, cancel)
+                                  o.truth->source(), o.object, options, [](const auto&) {}, cancel)
                                   .failure;
   EXPECT_TRUE(failure.starts_with("training of 'cube' failed: ") &&
               failure.ends_with("the ray sets of the mix have no rays"))
@@ -162,7 +162,7 @@ TEST(Training, EndsWhereItIsCancelledWhileRaysAreDrawn) {
     cancel = true;
   };
   try {
-    bake::train(o.truth->source(), "shape", o.data, short_training(), at_once, cancel);
+    bake::train(o.truth->source(), o.object, short_training(), at_once, cancel);
     FAIL() << "it went on";
   } catch (const Error& error) {
     EXPECT_EQ(error.status(), Status::interrupted);
@@ -175,7 +175,7 @@ TEST(Training, EndsWhereItIsCancelled) {
   uint64_t seen = 0;
   try {
     bake::train(
-        o.truth->source(), "shape", o.data, short_training(),
+        o.truth->source(), o.object, short_training(),
         [&](const bake::TrainingProgress& p) {
           seen = p.rays_done;
           cancel = seen > 0;

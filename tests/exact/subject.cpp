@@ -11,10 +11,10 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "bake/bvh/builder.hpp"
+#include "bake/triangles/builder.hpp"
 #include "formats/mesh/transform.hpp"
 #include "formats/nif/writer.hpp"
-#include "kernels/reference/exact/field.hpp"
+#include "kernels/reference/encodings/exact.hpp"
 #include "tests/support/occupied_object.hpp"
 
 namespace nif::test {
@@ -32,7 +32,7 @@ void put(const std::vector<T>& from, std::vector<T>& to, size_t first, size_t ea
 }
 
 /// Any answer to what is not proven.
-format::Network untrained(uint32_t inputs) {
+format::Mlp untrained(uint32_t inputs) {
   format::Layer layer{.inputs = inputs, .outputs = 1, .shift = 0, .biases = {1}, .weights = {}};
   for (uint32_t i = 0; i < inputs; ++i) layer.weights.push_back(i % 2 ? 3 : -3);
   return {.layers = {layer}};
@@ -189,7 +189,7 @@ Subject::Subject(const mesh::Mesh& mesh, const Transform& transform, Random& ran
   std::vector<mesh::Triangle> all = surface.triangles;
   if (random.below(2)) all.insert(all.end(), surface.slivers.begin(), surface.slivers.end());
   std::vector<uint32_t> order;
-  const format::Bvh bvh = bake::build_bvh(surface.positions, all, &order);
+  const format::TrianglesData bvh = bake::build_bvh(surface.positions, all, &order);
   for (const uint32_t number : order) {
     const mesh::Triangle& t = all[number];
     triangles_.push_back({surface.positions[t[0]], surface.positions[t[1]], surface.positions[t[2]]});
@@ -199,35 +199,36 @@ Subject::Subject(const mesh::Mesh& mesh, const Transform& transform, Random& ran
                        [](float x) { return std::abs(x) <= kernels::kMaxExactCoordinate; });
   };
   const bool planes = std::all_of(surface.positions.begin(), surface.positions.end(), fits_planes);
-  format::ProofData proof;
-  format::SegmentData segment;
+  format::PlanesData proof;
+  format::Object segment;
   if (planes) {
     const OccupiedObject occupied(mesh, resolution, {.levels = levels});
-    segment = occupied.data;
+    segment = occupied.object;
     bake::store_occupancy(occupied.occupancy, occupied.mesh.name, proof);
     format::leave_bare(proof);  // numbers the voxels of bricks, of which there are fewer without corners
-    proof.voxel_records = segment.voxel_records;
-    proof.parts = segment.parts;
+    proof.voxel_records = segment.planes->voxel_records;
+    proof.parts = segment.planes->parts;
   }
   for (const bool coded : {false, true}) {
-    const uint32_t payloads = coded ? format::kCodedOccupancy | format::kCodedCells : 0;
-    proof.coded = segment.coded = payloads;
     format::Asset asset;
-    asset.objects.emplace_back().content = bvh;
+    asset.objects.emplace_back().triangles = bvh;
     if (planes) {
-      asset.objects.emplace_back().content = format::ExactData{proof, bvh};
-      asset.objects.emplace_back().content = proof;
-      asset.objects.emplace_back().content = segment;
-      asset.networks.push_back(untrained(kernels::input_count(segment.samples, segment.features_per_corner)));
+      asset.objects.push_back(asset.objects[0]);
+      asset.objects[1].planes = proof;
+      asset.objects.emplace_back().planes = proof;
+      asset.objects.push_back(segment);
+      asset.mlps.push_back(
+          untrained(kernels::input_count(segment.network->samples, segment.network->features_per_corner)));
     }
     for (format::Object& object : asset.objects) {
+      set_coded(coded ? kCodedAll & ~4u : 0, object);
       object.name = "mesh";
       for (size_t a = 0; a < 3; ++a) {
         object.aabb_min[a] = prepared.box.min[a];
         object.aabb_max[a] = prepared.box.max[a];
       }
       object.bias = prepared.bias;
-      object.triangles = uint32_t(surface.triangles.size());
+      object.triangle_count = uint32_t(surface.triangles.size());
     }
     (coded ? coded_ : plain_) = format::encode(asset);
   }

@@ -17,43 +17,39 @@ TEST(Damage, SurfaceBitsBeyondTheGrid) {
     const ExactBuffer bytes(file.bad);
     const test::ReadOutcome outcome = test::outcome_of(bytes.bytes());
     EXPECT_EQ(outcome.status, Status::damaged_nif) << kind.encoding;
-    EXPECT_EQ(outcome.sentence, std::string("x.nif: ") + kind.sentence);
+    EXPECT_EQ(outcome.sentence, std::string("x.nif: ") + test::kBeyondGridSentence);
   }
 }
 
 /// No such file comes to be.
 TEST(Damage, SurfaceBitsBeyondTheGridAreNotWritten) {
   for (const BeyondGrid& kind : test::kBeyondGrid)
-    for (const uint32_t coded : {0u, uint32_t(format::kCodedPayloads)}) {
+    for (const uint32_t coded : {0u, test::kCodedAll}) {
       FileBeyondGrid file = test::file_beyond_grid(kind);
-      test::grid_of(file.asset.objects[0]).coded = coded;
+      test::set_coded(coded, file.asset.objects[0]);
       EXPECT_THROW(format::encode(file.asset), Error) << kind.encoding << ' ' << coded;
     }
 }
 
 /// The same by a record that says less of the grid than its bricks have, coded or not.
-template <class Record>
-void expect_refused_when_cut(const BeyondGrid& kind, uint32_t section) {
-  for (uint64_t seed = 1; seed <= 40; ++seed)
-    for (const uint32_t coded : {0u, uint32_t(format::kCodedPayloads)}) {
-      test::RandomAssetOptions options = kind.one_object;
-      options.coded = coded;
-      const Bytes file = format::encode(test::random_asset(seed, options));
-      for (size_t axis = 0; axis < 3; ++axis) {
-        const Bytes cut = test::with_record<Record>(file, section, 0, [&](Record& r) { --r.voxels[axis]; });
-        const ExactBuffer bytes(cut);
-        const test::ReadOutcome outcome = test::outcome_of(bytes.bytes());
-        // A layer of empty voxels may go.
-        if (outcome.status == Status::ok) continue;
-        EXPECT_EQ(outcome.status, Status::damaged_nif) << kind.encoding << ' ' << seed << ' ' << axis;
-        EXPECT_NE(outcome.sentence.find("record 0: "), std::string::npos) << outcome.sentence;
-      }
-    }
-}
 TEST(Damage, GridsThatAreCutShort) {
-  expect_refused_when_cut<format::SegmentRecord>(test::kBeyondGrid[0], format::kSegments);
-  expect_refused_when_cut<format::ExactRecord>(test::kBeyondGrid[1], format::kExactRecords);
-  expect_refused_when_cut<format::ProofRecord>(test::kBeyondGrid[2], format::kProofRecords);
+  for (const BeyondGrid& kind : test::kBeyondGrid)
+    for (uint64_t seed = 1; seed <= 40; ++seed)
+      for (const uint32_t coded : {0u, test::kCodedAll}) {
+        test::RandomAssetOptions options = kind.one_object;
+        options.coded = coded;
+        const Bytes file = format::encode(test::random_asset(seed, options));
+        for (size_t axis = 0; axis < 3; ++axis) {
+          const Bytes cut = test::with_record<format::PlanesRecord>(file, format::kPlanes, 0,
+                                                                    [&](auto& r) { --r.voxels[axis]; });
+          const ExactBuffer bytes(cut);
+          const test::ReadOutcome outcome = test::outcome_of(bytes.bytes());
+          // A layer of empty voxels may go.
+          if (outcome.status == Status::ok) continue;
+          EXPECT_EQ(outcome.status, Status::damaged_nif) << kind.encoding << ' ' << seed << ' ' << axis;
+          EXPECT_NE(outcome.sentence.find("record 0: "), std::string::npos) << outcome.sentence;
+        }
+      }
 }
 
 /// Whatever else is wrong with the file, a fault of its grid included.

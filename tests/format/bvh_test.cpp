@@ -4,8 +4,8 @@
 
 #include <functional>
 
-#include "formats/nif/bvh/check.hpp"
 #include "formats/nif/reader.hpp"
+#include "formats/nif/triangles/check.hpp"
 #include "formats/nif/writer.hpp"
 #include "tests/format/damaged.hpp"
 #include "tests/support/query_object.hpp"
@@ -33,14 +33,14 @@ TEST(BvhFile, KeepsEveryFieldAndAnswer) {
     for (size_t i = 1; i < 3; ++i) {
       const format::Object& object = asset.objects[i];
       const format::ObjectView& seen = view.objects[i];
-      EXPECT_EQ(format::encoding_number(seen.content), 3u);
+      EXPECT_EQ(format::encoding_of(seen).number, 3u);
       EXPECT_EQ(seen.name, object.name);
       EXPECT_EQ(seen.aabb_min, object.aabb_min);
       EXPECT_EQ(seen.bias, object.bias);
-      EXPECT_EQ(seen.triangles, object.triangles);
-      const auto& [tree, tree_bytes] = seen.as<format::BvhView>();
-      EXPECT_EQ(tree_bytes, object.as<format::Bvh>().bytes());
-      const kernels::BvhField field = format::field_of(object.as<format::Bvh>());
+      EXPECT_EQ(seen.triangle_count, object.triangle_count);
+      const auto& [tree, tree_bytes] = *seen.triangles;
+      EXPECT_EQ(tree_bytes, object.triangles->bytes());
+      const kernels::TrianglesField field = format::field_of(*object.triangles);
       EXPECT_EQ(tree.extent, field.extent);
       for (int ray = 0; ray < 500; ++ray) {
         const kernels::Segment segment = test::random_segment(random, field);
@@ -54,7 +54,7 @@ TEST(BvhFile, KeepsEveryFieldAndAnswer) {
 
 TEST(BvhFile, HasItsSectionsOnlyWhereTheyAreNeeded) {
   const Bytes with = format::encode(asset_with_bvh(1)), without = format::encode(test::random_asset(1));
-  for (const uint32_t type : format::EncodingOf<kernels::BvhField>::kSections) {
+  for (const uint32_t type : format::TrianglesPart::kSections) {
     const uint32_t index = test::find_section(with, type);
     EXPECT_EQ(test::section_entry(with, index).flags, format::kRequired);
     for (uint32_t i = 0; i < test::load<format::Header>(without, 0).section_count; ++i)
@@ -82,12 +82,11 @@ TEST(BvhFile, RefusesWrongRecords) {
                .status == Status::damaged_nif;
   };
   EXPECT_FALSE(object(1, [](auto&) {}));
-  EXPECT_TRUE(object(1, [](auto& r) { r.encoding = 1; }));
-  EXPECT_TRUE(object(0, [](auto& r) { r.encoding = 3; }));
-  EXPECT_TRUE(object(1, [](auto& r) { r.record = 1; }));
-  EXPECT_TRUE(object(2, [](auto& r) { r.record = 2; }));
-  const auto tree = [&](uint32_t index, const std::function<void(format::BvhRecord&)>& change) {
-    return outcome_of(test::with_record<format::BvhRecord>(good, format::kBvhRecords, index, change))
+  EXPECT_TRUE(object(1, [](auto& r) { std::swap(r.triangles, r.planes); }));
+  EXPECT_TRUE(object(1, [](auto& r) { r.triangles = 1; }));
+  EXPECT_TRUE(object(2, [](auto& r) { r.triangles = 2; }));
+  const auto tree = [&](uint32_t index, const std::function<void(format::TrianglesRecord&)>& change) {
+    return outcome_of(test::with_record<format::TrianglesRecord>(good, format::kTriangles, index, change))
                .status == Status::damaged_nif;
   };
   EXPECT_FALSE(tree(1, [](auto&) {}));
@@ -102,9 +101,9 @@ TEST(BvhFile, RefusesWrongRecords) {
 }
 
 /// What is wrong with a tree after a change; "" where nothing is.
-std::string fault_after(const std::function<void(format::Bvh&)>& change) {
+std::string fault_after(const std::function<void(format::TrianglesData&)>& change) {
   test::Random random(3);
-  format::Bvh bvh = test::random_bvh(random, 300);
+  format::TrianglesData bvh = test::random_bvh(random, 300);
   change(bvh);
   const auto fault = format::fault_of(format::field_of(bvh));
   return fault ? format::text_of(*fault).what : "";
@@ -114,7 +113,7 @@ std::string fault_after(const std::function<void(format::Bvh&)>& change) {
 struct Mixed {
   uint32_t node = 0, inner = 0, leaf = 0;
 };
-Mixed find_mixed(const format::Bvh& bvh) {
+Mixed find_mixed(const format::TrianglesData& bvh) {
   for (Mixed m;; ++m.node) {
     m.inner = m.leaf = kernels::kBvhWidth;
     for (uint32_t s = 0; s < kernels::kBvhWidth && bvh.nodes[m.node].slots[s] != 0; ++s)
@@ -127,7 +126,7 @@ TEST(BvhFile, RefusesWrongTrees) {
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
   // What is changed of a node with both kinds of slots, and what the sentence must then say.
   const auto after = [](const std::function<void(BvhNode&, const Mixed&)>& change) {
-    return fault_after([&](format::Bvh& bvh) {
+    return fault_after([&](format::TrianglesData& bvh) {
       const Mixed mixed = find_mixed(bvh);
       change(bvh.nodes[mixed.node], mixed);
     });
@@ -185,7 +184,7 @@ TEST(BvhFile, RefusesWrongTrees) {
 }
 
 /// A chain of nodes, each but the last with one inner slot.
-format::Bvh chain(uint32_t length) {
+format::TrianglesData chain(uint32_t length) {
   std::vector<std::array<float, 3>> positions{{0, 0, 0}, {1, 0, 0}, {0, 1, 1}};
   std::vector<std::array<uint32_t, 3>> triangles{{0, 1, 2}};
   std::deque<format::BvhBranch> branches(length + 1);
@@ -198,7 +197,7 @@ format::Bvh chain(uint32_t length) {
 }
 
 TEST(BvhFile, BoundsTheDepth) {
-  format::Bvh deep = chain(kernels::kMaxBvhDepth);
+  format::TrianglesData deep = chain(kernels::kMaxBvhDepth);
   EXPECT_EQ(format::fault_of(format::field_of(deep)), std::nullopt);
   EXPECT_THROW(chain(kernels::kMaxBvhDepth + 1), Error);
   // One more, by hand: the last node becomes two.
@@ -214,14 +213,14 @@ TEST(BvhFile, BoundsTheDepth) {
 
 TEST(BvhFile, EveryByteOfATreeChanged) {
   test::Random random(4);
-  const format::Bvh good = test::random_bvh(random, 40);
+  const format::TrianglesData good = test::random_bvh(random, 40);
   const auto kSize = good.nodes.size() * sizeof(BvhNode);
   uint32_t accepted = 0;
   for (size_t at = 0; at < kSize; ++at)
     for (const unsigned flip : {0x01u, 0x20u, 0x80u, 0xffu}) {
-      format::Bvh changed = good;
+      format::TrianglesData changed = good;
       reinterpret_cast<uint8_t*>(changed.nodes.data())[at] ^= uint8_t(flip);
-      const kernels::BvhField field = format::field_of(changed);
+      const kernels::TrianglesField field = format::field_of(changed);
       if (format::fault_of(field)) continue;
       ++accepted;
       // What is accepted answers as its triangles do: boxes may be larger than needed, no more.

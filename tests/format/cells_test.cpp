@@ -7,15 +7,15 @@
 #include <set>
 #include <stdexcept>
 
-#include "formats/nif/proof/sides.hpp"
+#include "formats/nif/planes/sides.hpp"
 #include "formats/nif/writer.hpp"
-#include "kernels/reference/proof/walk.hpp"
+#include "kernels/reference/planes/walk.hpp"
 #include "tests/support/random_asset.hpp"
 
 namespace nif {
 namespace {
 
-using format::SegmentData, format::SideRegions;
+using format::PlanesData, format::SideRegions;
 using kernels::kSeenInside, kernels::kSeenOutside;
 
 TEST(Cells, HaveNormalsOfOneSumAndNoneTwiceButOnTheBorder) {
@@ -86,7 +86,7 @@ TEST(Cells, AreNeverPassedAtTheFirstAndLastPlace) {
 /// A row of voxels along x that are all surface but where `states` says otherwise, cut `levels` times at
 /// most.
 struct Row {
-  SegmentData data;
+  PlanesData data;
   explicit Row(const std::string& states, uint32_t levels = 0) {
     data.voxels = {uint32_t(states.size()), 1, 1};
     data.levels = levels;
@@ -101,12 +101,10 @@ struct Row {
       }
       data.brick_table[b] = uint16_t(kernels::kFirstMixedBrick + b);
       data.brick_states.push_back(brick);
-      data.brick_corners.push_back(0);
-      data.corner_base.push_back(0);
     }
     format::leave_bare(data);
   }
-  SideRegions regions() const { return SideRegions(format::field_of(data, {})); }
+  SideRegions regions() const { return SideRegions(format::field_of(data)); }
 };
 
 /// Across x, between two places; the normal is (62, 0, 0).
@@ -140,7 +138,7 @@ TEST(Sides, OfAnInsideVoxelMeetThoseOutsideOnlyInDamagedFiles) {
 /// Cells within a large one, so that its border is far away: the voxel in the middle of 3 x 3 x 3 bare ones
 /// is cut, and its parts have these words.
 SideRegions regions_of_parts(const std::vector<std::pair<uint32_t, uint32_t>>& parts, bool inside_beside) {
-  SegmentData data;
+  PlanesData data;
   data.voxels = {3, 3, 3};
   data.levels = 1;
   data.voxels_per_unit = 1;
@@ -154,8 +152,6 @@ SideRegions regions_of_parts(const std::vector<std::pair<uint32_t, uint32_t>>& p
     brick.aux |= uint64_t{1} << beside;
   }
   data.brick_states = {brick};
-  data.brick_corners = {0};
-  data.corner_base = {0};
   format::leave_bare(data);
   const uint32_t middle = inside_beside ? 12 : 13;
   uint32_t mask = 0;
@@ -164,7 +160,7 @@ SideRegions regions_of_parts(const std::vector<std::pair<uint32_t, uint32_t>>& p
     data.parts.push_back(word);
   }
   data.voxel_records[middle] = kernels::make_link(mask, 0);
-  return SideRegions(format::field_of(data, {}));
+  return SideRegions(format::field_of(data));
 }
 
 TEST(Sides, GoThroughPartsThatAreNotThere) {
@@ -195,7 +191,7 @@ TEST(Sides, AreJoinedOnlyByPointsBeyondBothPlanes) {
 /// more than there are.
 class SampledSides {
  public:
-  explicit SampledSides(const kernels::SegmentField& field) : field_(field) {
+  explicit SampledSides(const kernels::PlanesField& field) : field_(field) {
     const int32_t cells[3] = {int32_t(field.voxels[0] << field.levels),
                               int32_t(field.voxels[1] << field.levels),
                               int32_t(field.voxels[2] << field.levels)};
@@ -219,7 +215,7 @@ class SampledSides {
   using Key = std::tuple<std::array<int32_t, 3>, int32_t, int>;  // low end, size, 1 above, -1 below, 0 all
   static constexpr int kSteps = 16;                              // along the side of a finest cell
 
-  static kernels::Piece piece_at(const kernels::SegmentField& field, const int32_t (&cell)[3]) {
+  static kernels::Piece piece_at(const kernels::PlanesField& field, const int32_t (&cell)[3]) {
     return kernels::find_piece(field, cell);
   }
 
@@ -312,7 +308,7 @@ class SampledSides {
     return all;
   }
 
-  const kernels::SegmentField& field_;
+  const kernels::PlanesField& field_;
   std::map<Key, uint32_t> key_numbers_;
   std::vector<uint32_t> parents_, states_;
 };
@@ -322,9 +318,9 @@ TEST(Sides, AreThoseThatSamplesOfFacesFind) {
   for (uint64_t seed = 1; seed <= 150; ++seed) {
     const format::Asset asset = test::random_asset(seed, {.objects = 2, .max_voxels = 3});
     for (const format::Object& object : asset.objects) {
-      const auto& data = object.as<SegmentData>();
+      const auto& data = *object.planes;
       if (data.levels > 2) continue;
-      const kernels::SegmentField field = format::field_of(data, {});
+      const kernels::PlanesField field = format::field_of(data);
       const SideRegions regions(field);
       ASSERT_FALSE(regions.contradictory());
       SampledSides sampled(field);
@@ -370,9 +366,9 @@ std::string refusal_of(const format::Asset& asset) {
 }
 
 /// Of an asset with one object whose cells have been changed.
-std::string refusal_of(uint64_t seed, const std::function<void(SegmentData&)>& change) {
+std::string refusal_of(uint64_t seed, const std::function<void(PlanesData&)>& change) {
   format::Asset asset = test::random_asset(seed, {.objects = 1, .instances = 1, .max_voxels = 9});
-  change(asset.objects[0].as<SegmentData>());
+  change(*asset.objects[0].planes);
   return refusal_of(asset);
 }
 
@@ -380,19 +376,18 @@ std::string refusal_of(uint64_t seed, const std::function<void(SegmentData&)>& c
 uint64_t seed_of_levels(uint32_t levels) {
   for (uint64_t seed = 1;; ++seed) {
     const format::Asset asset = test::random_asset(seed, {.objects = 1, .instances = 1, .max_voxels = 9});
-    const auto& data = asset.objects[0].as<SegmentData>();
+    const auto& data = *asset.objects[0].planes;
     if (data.levels == levels && data.parts.size() > 20) return seed;
   }
 }
 
-void expect_refused(uint64_t seed, const std::string& words,
-                    const std::function<void(SegmentData&)>& change) {
+void expect_refused(uint64_t seed, const std::string& words, const std::function<void(PlanesData&)>& change) {
   const std::string said = refusal_of(seed, change);
   EXPECT_NE(said.find(words), std::string::npos) << said << " and not " << words;
 }
 
 /// The first word for which `is` holds, of voxels or parts.
-uint32_t& word_where(SegmentData& data, bool in_parts, const std::function<bool(uint32_t)>& is) {
+uint32_t& word_where(PlanesData& data, bool in_parts, const std::function<bool(uint32_t)>& is) {
   for (uint32_t& word : in_parts ? data.parts : data.voxel_records)
     if (is(word)) return word;
   throw std::logic_error("no such word");
@@ -402,9 +397,9 @@ bool has_planes(uint32_t word) { return kernels::word_kind(word) < kernels::kPla
 
 TEST(CellRefusal, OfWords) {
   const uint64_t seed = seed_of_levels(2);
-  EXPECT_EQ(refusal_of(seed, [](SegmentData&) {}), "");
+  EXPECT_EQ(refusal_of(seed, [](PlanesData&) {}), "");
   const auto refused = [&](const char* words, bool in_parts, bool link, uint32_t clear, uint32_t set) {
-    expect_refused(seed, words, [&](SegmentData& data) {
+    expect_refused(seed, words, [&](PlanesData& data) {
       uint32_t& word = word_where(data, in_parts, link ? is_link : has_planes);
       word = (word & ~clear) | set;
     });
@@ -421,17 +416,17 @@ TEST(CellRefusal, OfWords) {
 
 TEST(CellRefusal, OfLinks) {
   const uint64_t seed = seed_of_levels(2);
-  expect_refused(seed, "cut more often than levels says", [](SegmentData& data) { data.levels = 1; });
-  expect_refused(seed, "cut more often than levels says", [](SegmentData& data) { data.levels = 0; });
-  expect_refused(seed, "part_count is not the number", [](SegmentData& data) { data.parts.pop_back(); });
+  expect_refused(seed, "cut more often than levels says", [](PlanesData& data) { data.levels = 1; });
+  expect_refused(seed, "cut more often than levels says", [](PlanesData& data) { data.levels = 0; });
+  expect_refused(seed, "part_count is not the number", [](PlanesData& data) { data.parts.pop_back(); });
   expect_refused(seed, "a part belongs to no cell",
-                 [](SegmentData& data) { data.parts.push_back(kernels::kBareCell); });
-  expect_refused(seed, "levels is 5", [](SegmentData& data) { data.levels = 5; });
+                 [](PlanesData& data) { data.parts.push_back(kernels::kBareCell); });
+  expect_refused(seed, "levels is 5", [](PlanesData& data) { data.levels = 5; });
   expect_refused(seed, "is not the number of surface voxels",
-                 [](SegmentData& data) { data.voxel_records.push_back(kernels::kBareCell); });
-  expect_refused(seed, "voxel_base is not", [](SegmentData& data) { ++data.voxel_base.back(); });
+                 [](PlanesData& data) { data.voxel_records.push_back(kernels::kBareCell); });
+  expect_refused(seed, "voxel_base is not", [](PlanesData& data) { ++data.voxel_base.back(); });
   // Two cells that would share parts.
-  expect_refused(seed, "links do not name all parts in order", [](SegmentData& data) {
+  expect_refused(seed, "links do not name all parts in order", [](PlanesData& data) {
     uint32_t* first = nullptr;
     for (uint32_t& word : data.voxel_records) {
       if (!is_link(word)) continue;
@@ -449,8 +444,8 @@ TEST(CellRefusal, OfSidesThatAreNotProven) {
   uint32_t tried = 0;
   for (uint64_t seed = 1; seed <= 40; ++seed) {
     const format::Asset asset = test::random_asset(seed, {.objects = 1, .instances = 1, .max_voxels = 9});
-    const auto& data = asset.objects[0].as<SegmentData>();
-    const SideRegions regions(format::field_of(data, {}));
+    const auto& data = *asset.objects[0].planes;
+    const SideRegions regions(format::field_of(data));
     for (uint32_t i = 0; i < data.voxel_records.size() && tried < 200; ++i) {
       if (!has_planes(data.voxel_records[i])) continue;
       for (uint32_t kind = 0; kind < kernels::kPlaneKinds; ++kind) {
@@ -459,7 +454,7 @@ TEST(CellRefusal, OfSidesThatAreNotProven) {
             (said.below == 0 || said.below == regions.below(i)))
           continue;
         expect_refused(seed, "a side that its planes and its neighbours do not prove",
-                       [&](SegmentData& changed) {
+                       [&](PlanesData& changed) {
                          changed.voxel_records[i] = (changed.voxel_records[i] & ~15u) | kind;
                        });
         ++tried;
@@ -472,16 +467,17 @@ TEST(CellRefusal, OfSidesThatAreNotProven) {
 TEST(CellRefusal, OfPlanesThatJoinOutsideAndInside) {
   const format::Asset empty = test::random_asset(1, {.objects = 1, .instances = 1});
   format::Asset asset = empty;
-  auto& data = asset.objects[0].as<SegmentData>();
+  auto& data = *asset.objects[0].planes;
   const Row row("isss");
   data.voxels = row.data.voxels;
   data.levels = 0;
   data.brick_table = row.data.brick_table;
   data.brick_states = row.data.brick_states;
-  data.brick_corners = row.data.brick_corners;
-  data.corner_base = row.data.corner_base;
-  data.corners = 0;
-  data.features.clear();
+  format::NetworkData& network = *asset.objects[0].network;
+  network.brick_corners.assign(data.brick_states.size(), 0);
+  network.corner_base.assign(data.brick_states.size(), 0);
+  network.corners = 0;
+  network.features.clear();
   format::leave_bare(data);
   EXPECT_EQ(refusal_of(asset), "");
   data.voxel_records[0] = across_x(100, 150);

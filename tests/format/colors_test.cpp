@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "formats/nif/writer.hpp"
-#include "kernels/reference/proof/colors.hpp"
+#include "kernels/reference/planes/colors.hpp"
 #include "tests/format/damaged.hpp"
 #include "tests/format/optional.hpp"
 #include "tests/support/random_asset.hpp"
@@ -39,7 +39,7 @@ TEST(ColorsFile, KeepsEveryColor) {
       const format::ColorsView* seen = view.colors_of(object);
       ASSERT_NE(seen, nullptr);
       EXPECT_EQ(format::to_colors(*seen), *asset.objects[object].colors);
-      const kernels::ProofField* grid = format::grid_of(view.objects[object]);
+      const kernels::PlanesField* grid = format::grid_of(view.objects[object]);
       ASSERT_NE(grid, nullptr);
       EXPECT_EQ(seen->count, grid->surface_voxels);
       all += seen->bytes();
@@ -56,7 +56,7 @@ TEST(ColorsFile, NumbersSurfaceVoxels) {
   const Bytes bytes = format::encode(asset_with_colors(3));
   const format::AssetView view = format::read_asset(bytes, "file");
   for (const format::ObjectView& object : view.objects) {
-    const kernels::ProofField* grid = format::grid_of(object);
+    const kernels::PlanesField* grid = format::grid_of(object);
     if (!grid) continue;
     std::vector<int> named(grid->surface_voxels);
     for (int32_t z = 0; z < int32_t(grid->voxels[2]); ++z)
@@ -100,7 +100,7 @@ TEST(ColorsFile, UnpacksWithinARange) {
 TEST(ColorsFile, FindsVoxelsOfAnyPoint) {
   const Bytes bytes = format::encode(asset_with_colors(5));
   const format::AssetView view = format::read_asset(bytes, "file");
-  const kernels::ProofField& grid = *format::grid_of(view.objects[0]);
+  const kernels::PlanesField& grid = *format::grid_of(view.objects[0]);
   constexpr float kOdd[] = {0,
                             1,
                             -1,

@@ -1,5 +1,5 @@
-// What holds for every encoding of the list alike: which sections a file has, and which record is whose.
-#include "formats/nif/encodings.hpp"
+// What holds for every part of the list alike: which sections a file has, and which record is whose.
+#include "formats/nif/parts.hpp"
 
 #include <gtest/gtest.h>
 
@@ -25,34 +25,22 @@ Part& part_of(std::vector<Part>& parts, uint32_t type) {
   return *std::find_if(parts.begin(), parts.end(), [&](const Part& part) { return part.type == type; });
 }
 
-/// The file with objects that are these of its own, told by their numbers.
-Bytes with_objects(const std::vector<uint32_t>& numbers) {
-  std::vector<Part> parts = test::parts_of(mixed());
-  Bytes& records = part_of(parts, format::kObjects).content;
-  const Bytes before = records;
-  records.clear();
-  for (const uint32_t number : numbers) {
-    const auto* at = before.data() + number * sizeof(ObjectRecord);
-    records.insert(records.end(), at, at + sizeof(ObjectRecord));
-  }
-  return test::file_of(mixed(), parts);
-}
-
 void expect_damaged(const Bytes& file, const std::string& words) {
   const ReadOutcome outcome = outcome_of(file);
   EXPECT_EQ(outcome.status, Status::damaged_nif);
   EXPECT_NE(outcome.sentence.find(words), std::string::npos) << outcome.sentence << " and not " << words;
 }
 
-/// Calls test(encoding, the number of its first object in mixed()).
+/// Calls test(part, the numbers of the objects in mixed() that have it).
 template <class Test>
-void for_each_pair(const Test& test) {
+void for_each_part(const Test& test) {
   const format::AssetView view = format::read_asset(mixed(), "good");
-  format::for_each_encoding([&](auto encoding) {
-    uint32_t first = 0;
-    while (format::encoding_number(view.objects[first].content) != encoding.kNumber) ++first;
-    SCOPED_TRACE(encoding.kName);
-    test(encoding, first);
+  format::for_each_part([&](auto part) {
+    std::vector<uint32_t> having;
+    for (uint32_t i = 0; i < view.objects.size(); ++i)
+      if (part.of(view.objects[i])) having.push_back(i);
+    SCOPED_TRACE(part.kName);
+    test(part, having);
   });
 }
 
@@ -62,10 +50,12 @@ TEST(Encodings, AreNumberedOnceAndNamed) {
                format::kPrimaries,    format::kPrimaryValues, format::kSourceRecords, format::kSourceNumbers,
                format::kColorRecords, format::kColorValues};
   std::vector<std::string> names;
-  format::for_each_encoding([&](auto encoding) {
-    numbers.push_back(encoding.kNumber);
-    names.push_back(encoding.kName);
-    for (const uint32_t type : encoding.kSections) sections.push_back(type);
+  for (const kernels::EncodingName& encoding : kernels::kEncodings) {
+    numbers.push_back(encoding.number);
+    names.push_back(encoding.name);
+  }
+  format::for_each_part([&](auto part) {
+    for (const uint32_t type : part.kSections) sections.push_back(type);
   });
   const auto all_different = [](auto values) {
     std::sort(values.begin(), values.end());
@@ -79,8 +69,8 @@ TEST(Encodings, AreNumberedOnceAndNamed) {
 
 TEST(Encodings, SectionsAreThereForObjects) {
   ASSERT_EQ(outcome_of(mixed()).sentence, "");
-  for_each_pair([](auto encoding, uint32_t) {
-    for (const uint32_t type : encoding.kSections) {
+  for_each_part([](auto part, const auto&) {
+    for (const uint32_t type : part.kSections) {
       std::vector<Part> parts = test::parts_of(mixed());
       std::erase_if(parts, [&](const Part& part) { return part.type == type; });
       expect_damaged(test::file_of(mixed(), parts), "section " + format::section_name(type) + ": is missing");
@@ -94,16 +84,13 @@ TEST(Encodings, SectionsAreThereForObjects) {
 }
 
 TEST(Encodings, SectionsAreNotThereForNoObject) {
-  for_each_pair([&](auto encoding, uint32_t) {
-    test::RandomAssetOptions others{
-        .objects = 1, .instances = 0, .bvhs = 1, .sphericals = 1, .exacts = 1, .proofs = 1};
-    for (const auto& [number, count] :
-         {std::pair(1u, &others.objects), std::pair(2u, &others.sphericals), std::pair(3u, &others.bvhs),
-          std::pair(4u, &others.exacts), std::pair(5u, &others.proofs)})
-      if (number == encoding.kNumber) *count = 0;
-    const Bytes file = format::encode(test::random_asset(1, others));
+  for_each_part([&](auto part, const auto&) {
+    format::Asset others = format::to_asset(format::read_asset(mixed(), "good"));
+    std::erase_if(others.objects, [&](const auto& object) { return part.of(object).has_value(); });
+    others.instances.clear();
+    const Bytes file = format::encode(others);
     ASSERT_EQ(outcome_of(file).sentence, "");
-    for (const uint32_t type : encoding.kSections)
+    for (const uint32_t type : part.kSections)
       for (const size_t bytes : {0, 64}) {
         std::vector<Part> parts = test::parts_of(file);
         parts.push_back({type, format::kRequired, Bytes(bytes)});
@@ -114,48 +101,30 @@ TEST(Encodings, SectionsAreNotThereForNoObject) {
 }
 
 TEST(Encodings, RecordsGoWithTheirObjects) {
-  for_each_pair([](auto encoding, uint32_t first) {
-    const uint32_t records = encoding.kSections[0];
+  for_each_part([](auto part, const std::vector<uint32_t>& having) {
+    const uint32_t records = part.kSections[0];
     const std::string section = "section " + format::section_name(records);
+    ASSERT_GE(having.size(), 2u);
     // The first's record for the second, the second's for the first, and one that is not there.
-    for (const auto& [object, record] : {std::pair{first + 1, 0u}, {first, 1u}, {first + 1, 2u}}) {
-      const Bytes file = test::with_record<ObjectRecord>(mixed(), format::kObjects, object,
-                                                         [record = record](auto& r) { r.record = record; });
+    for (const auto& [object, record] : {std::pair{having[1], 0u}, {having[0], 1u}, {having[1], 99u}}) {
+      const Bytes file = test::with_record<ObjectRecord>(
+          mixed(), format::kObjects, object, [&, record = record](auto& r) { part.of(r) = record; });
       expect_damaged(file, "section OBJS, record " + std::to_string(object) +
-                               ": record is not the number of objects of its encoding before it");
+                               ": a part is not the number of objects that have one before it");
     }
     // One record less, and one more.
     std::vector<Part> parts = test::parts_of(mixed());
     Bytes& content = part_of(parts, records).content;
     const Bytes before = content;
-    content.resize(before.size() / 2);
-    expect_damaged(test::file_of(mixed(), parts), "its encoding has no such record");
+    const size_t record = before.size() / having.size();
+    content.resize(before.size() - record);
+    expect_damaged(test::file_of(mixed(), parts), "a part has no such record");
     content = before;
-    content.insert(content.end(), before.begin(), before.begin() + ptrdiff_t(before.size() / 2));
+    content.insert(content.end(), before.begin(), before.begin() + ptrdiff_t(record));
     expect_damaged(test::file_of(mixed(), parts), section + ": has records that belong to no object");
     content.resize(before.size() + 4);
     expect_damaged(test::file_of(mixed(), parts), section + ": ");
   });
-}
-
-TEST(Encodings, AreThoseThatAreKnown) {
-  const auto with_encoding = [](uint32_t number) {
-    return outcome_of(
-        test::with_record<ObjectRecord>(mixed(), format::kObjects, 1, [&](auto& r) { r.encoding = number; }));
-  };
-  for (const uint32_t number : {0u, 6u, 256u, 0xffffffffu}) {
-    const ReadOutcome outcome = with_encoding(number);
-    EXPECT_EQ(outcome.status, Status::unsupported_nif);
-    EXPECT_EQ(outcome.sentence,
-              "x.nif: section OBJS, record 1: encoding " + std::to_string(number) +
-                  "; this build reads 1 (segment), 2 (spherical), 3 (bvh), 4 (exact) and 5 (proof)");
-  }
-  // A file in nothing but an encoding of a later version is not damaged.
-  std::vector<Part> parts = test::parts_of(with_objects({0}));
-  auto record = test::load<ObjectRecord>(part_of(parts, format::kObjects).content, 0);
-  record.encoding = 9;
-  test::store(part_of(parts, format::kObjects).content, 0, record);
-  EXPECT_EQ(outcome_of(test::file_of(mixed(), parts)).status, Status::unsupported_nif);
 }
 
 /// Another order of the same objects is another file, with other records first.

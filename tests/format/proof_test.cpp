@@ -25,17 +25,17 @@ format::Asset asset_with_proofs(uint64_t seed, uint32_t coded = 0) {
 
 TEST(ProofFile, KeepsEveryFieldAndAnswer) {
   for (uint64_t seed = 0; seed < 20; ++seed) {
-    const format::Asset asset = asset_with_proofs(seed, seed % 2 ? 0u : uint32_t{format::kCodedPayloads});
+    const format::Asset asset = asset_with_proofs(seed, seed % 2 ? 0u : test::kCodedAll);
     const Bytes bytes = format::encode(asset);
     const format::AssetView view = format::read_asset(bytes, "file");
     EXPECT_EQ(bytes, format::encode(format::to_asset(view)));
     test::Random random(seed);
     uint64_t proven = 0, open = 0;
     for (size_t i = 1; i < 3; ++i) {
-      EXPECT_EQ(format::encoding_number(view.objects[i].content), 5u);
-      const auto& seen = view.objects[i].as<format::ProofView>();
+      EXPECT_EQ(format::encoding_of(view.objects[i]).number, 5u);
+      const format::PlanesView& seen = *view.objects[i].planes;
       EXPECT_EQ(seen.occupancy.decoded > 0, (seen.coded & format::kCodedOccupancy) != 0);
-      const kernels::ProofField field = format::proof_of(asset.objects[i].as<format::ProofData>());
+      const kernels::PlanesField field = format::field_of(*asset.objects[i].planes);
       for (int ray = 0; ray < 500; ++ray) {
         const kernels::Segment segment = test::random_segment(random, field);
         const kernels::Answer ours = kernels::query(field, segment),
@@ -59,7 +59,7 @@ TEST(ProofFile, LeavesOpenNoMoreThanItsPart) {
   uint64_t open = 0;
   for (uint64_t seed = 0; seed < 20; ++seed) {
     const format::Asset asset = asset_with_proofs(seed);
-    const kernels::ProofField field = format::proof_of(asset.objects[1].as<format::ProofData>());
+    const kernels::PlanesField field = format::field_of(*asset.objects[1].planes);
     test::Random random(seed);
     for (int ray = 0; ray < 500; ++ray) {
       const kernels::Segment segment = test::random_segment(random, field);
@@ -82,10 +82,10 @@ TEST(ProofFile, LeavesOpenNoMoreThanItsPart) {
 }
 
 TEST(ProofFile, RefusesWrongRecords) {
-  for (const uint32_t coded : {0u, uint32_t{format::kCodedPayloads}}) {
+  for (const uint32_t coded : {0u, test::kCodedAll}) {
     const Bytes good = format::encode(asset_with_proofs(2, coded));
-    const auto refused = [&](uint32_t index, const std::function<void(format::ProofRecord&)>& change) {
-      return outcome_of(test::with_record<format::ProofRecord>(good, format::kProofRecords, index, change))
+    const auto refused = [&](uint32_t index, const std::function<void(format::PlanesRecord&)>& change) {
+      return outcome_of(test::with_record<format::PlanesRecord>(good, format::kPlanes, index, change))
                  .status == Status::damaged_nif;
     };
     const float nan = std::numeric_limits<float>::quiet_NaN(),
@@ -101,8 +101,7 @@ TEST(ProofFile, RefusesWrongRecords) {
     EXPECT_TRUE(refused(1, [](auto& r) { r.surface_voxels -= 1; }));
     EXPECT_TRUE(refused(1, [](auto& r) { r.part_count += 1; }));
     EXPECT_TRUE(refused(1, [](auto& r) { r.part_count = 0xffffffff; }));
-    EXPECT_TRUE(refused(0, [](auto& r) { r.forms |= format::kCodedFeatures; }));
-    EXPECT_TRUE(refused(0, [](auto& r) { r.forms |= format::kStatedCorners; }));
+    EXPECT_TRUE(refused(0, [](auto& r) { r.forms |= format::kPlanesForms + 1; }));
     EXPECT_TRUE(refused(0, [](auto& r) { r.forms ^= format::kStatedKinds; }));
     EXPECT_TRUE(refused(0, [](auto& r) { r.forms ^= format::kCodedOccupancy; }));
     EXPECT_TRUE(refused(1, [](auto& r) { r.occupancy.offset += 64; }));

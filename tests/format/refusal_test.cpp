@@ -115,8 +115,9 @@ TEST(Refusal, SectionTable) {
 
   for (const uint32_t type :
        {uint32_t{format::kObjects}, uint32_t{format::kInstances}, uint32_t{format::kNames},
-        uint32_t{format::kSegments}, uint32_t{format::kNetworks}, uint32_t{format::kWeights},
-        uint32_t{format::kOccupancy}, uint32_t{format::kFeatures}}) {
+        uint32_t{format::kPlanes}, uint32_t{format::kNetworks}, uint32_t{format::kMlps},
+        uint32_t{format::kWeights}, uint32_t{format::kOccupancy}, uint32_t{format::kCorners},
+        uint32_t{format::kFeatures}}) {
     Bytes file = good();
     const uint32_t index = test::find_section(file, type);
     auto entry = test::section_entry(file, index);
@@ -171,9 +172,9 @@ TEST(Refusal, ObjectRecords) {
     return refused<Record>(format::kObjects, 1, change);
   };
   EXPECT_FALSE(object([](auto&) {}));
-  EXPECT_TRUE(object([](auto& r) { r.record = 0; }));
-  EXPECT_TRUE(object([](auto& r) { r.record = 2; }));
-  EXPECT_TRUE(object([](auto& r) { r.record = 0xffffffff; }));
+  for (uint32_t Record::*part : {&Record::planes, &Record::network})
+    for (const uint32_t record : {0u, 2u, 0xfffffffeu})
+      EXPECT_TRUE(object([&](auto& r) { r.*part = record; })) << record;
   EXPECT_TRUE(object([](auto& r) { r.name.offset += 1; }));
   EXPECT_TRUE(object([](auto& r) { r.name.bytes = 0xffffffff; }));
   EXPECT_TRUE(object([](auto& r) { r.name.bytes -= 1; }));
@@ -184,56 +185,78 @@ TEST(Refusal, ObjectRecords) {
   EXPECT_TRUE(object([&](auto& r) { r.bias = inf; }));
   for (size_t i = 0; i < std::size(Record{}.reserved); ++i)
     EXPECT_TRUE(object([&](auto& r) { r.reserved[i] = 1; })) << i;
-  for (const uint32_t encoding : {0u, 6u, 77u}) {
-    const ReadOutcome outcome =
-        outcome_of(with_record<Record>(good(), format::kObjects, 0, [&](auto& r) { r.encoding = encoding; }));
-    EXPECT_EQ(outcome.status, Status::unsupported_nif);
-    EXPECT_NE(outcome.sentence.find(
-                  "section OBJS, record 0: encoding " + std::to_string(encoding) +
-                  "; this build reads 1 (segment), 2 (spherical), 3 (bvh), 4 (exact) and 5 (proof)"),
-              std::string::npos)
-        << outcome.sentence;
+}
+
+/// Parts that mean nothing together, as far as this build knows.
+TEST(Refusal, PartsThatNoObjectHasTogether) {
+  using Record = format::ObjectRecord;
+  const auto outcome = [](const std::function<void(Record&)>& change) {
+    return outcome_of(with_record<Record>(good(), format::kObjects, 0, change));
+  };
+  const std::pair<const char*, std::function<void(Record&)>> changes[] = {
+      {"no part", [](auto& r) { r.planes = r.network = format::kNoPart; }},
+      {"network", [](auto& r) { r.planes = format::kNoPart; }},
+      {"planes and network and spherical", [](auto& r) { r.spherical = 0; }}};
+  for (const auto& [parts, change] : changes) {
+    EXPECT_EQ(outcome(change).status, Status::unsupported_nif);
+    EXPECT_EQ(outcome(change).sentence, std::string("x.nif: section OBJS, record 0: ") + parts +
+                                            ", which this build does not read together");
   }
 }
 
-TEST(Refusal, SegmentRecords) {
-  using Record = format::SegmentRecord;
+TEST(Refusal, PlanesRecords) {
+  using Record = format::PlanesRecord;
   const float inf = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
-  const auto segment = [](const std::function<void(Record&)>& change) {
-    return refused<Record>(format::kSegments, 1, change);
+  const auto planes = [](const std::function<void(Record&)>& change) {
+    return refused<Record>(format::kPlanes, 1, change);
   };
-  EXPECT_FALSE(segment([](auto&) {}));
-  EXPECT_TRUE(segment([](auto& r) { r.network = 3; }));
-  EXPECT_TRUE(segment([&](auto& r) { r.origin[1] = inf; }));
-  EXPECT_TRUE(segment([](auto& r) { r.voxels_per_unit = 0; }));
-  EXPECT_TRUE(segment([&](auto& r) { r.voxels_per_unit = nan; }));
-  EXPECT_TRUE(segment([](auto& r) { r.voxels[0] = 0; }));
-  EXPECT_TRUE(segment([](auto& r) { r.voxels[2] = 257; }));
-  EXPECT_TRUE(segment([](auto& r) { r.voxels[2] += 4; }));
-  EXPECT_TRUE(segment([](auto& r) { r.mixed_bricks += 1; }));
-  EXPECT_TRUE(segment([](auto& r) { r.mixed_bricks = 0xffffffff; }));
-  EXPECT_TRUE(segment([](auto& r) { r.corners += 1; }));
-  EXPECT_TRUE(segment([](auto& r) { r.features_per_corner = 0; }));
-  EXPECT_TRUE(segment([](auto& r) { r.features_per_corner = 9; }));
-  EXPECT_TRUE(segment([](auto& r) { r.samples = 33; }));
-  EXPECT_TRUE(segment([](auto& r) { r.samples += 4; }));
-  EXPECT_TRUE(segment([&](auto& r) { r.length_scale = nan; }));
-  EXPECT_TRUE(segment([](auto& r) { r.length_scale = -1; }));
-  EXPECT_TRUE(segment([](auto& r) { r.occupancy.offset += 64; }));
-  EXPECT_TRUE(segment([](auto& r) { r.occupancy.bytes -= 2; }));
-  EXPECT_TRUE(segment([](auto& r) { r.features.offset = ~uint64_t{0}; }));
-  EXPECT_TRUE(segment([](auto& r) { r.features.bytes += 64; }));
-  EXPECT_TRUE(segment([](auto& r) { r.levels = 5; }));
-  EXPECT_TRUE(segment([](auto& r) { r.surface_voxels += 1; }));
-  EXPECT_TRUE(segment([](auto& r) { r.part_count += 1; }));
-  EXPECT_TRUE(segment([](auto& r) { r.part_count = 0xffffffff; }));
-  EXPECT_TRUE(segment([](auto& r) { r.cells.offset += 64; }));
-  EXPECT_TRUE(segment([](auto& r) { r.cells.bytes -= 4; }));
+  EXPECT_FALSE(planes([](auto&) {}));
+  EXPECT_TRUE(planes([&](auto& r) { r.origin[1] = inf; }));
+  EXPECT_TRUE(planes([](auto& r) { r.voxels_per_unit = 0; }));
+  EXPECT_TRUE(planes([&](auto& r) { r.voxels_per_unit = nan; }));
+  EXPECT_TRUE(planes([](auto& r) { r.voxels[0] = 0; }));
+  EXPECT_TRUE(planes([](auto& r) { r.voxels[2] = 257; }));
+  EXPECT_TRUE(planes([](auto& r) { r.voxels[2] += 4; }));
+  EXPECT_TRUE(planes([](auto& r) { r.mixed_bricks += 1; }));
+  EXPECT_TRUE(planes([](auto& r) { r.mixed_bricks = 0xffffffff; }));
+  EXPECT_TRUE(planes([](auto& r) { r.occupancy.offset += 64; }));
+  EXPECT_TRUE(planes([](auto& r) { r.occupancy.bytes -= 2; }));
+  EXPECT_TRUE(planes([](auto& r) { r.levels = 5; }));
+  EXPECT_TRUE(planes([](auto& r) { r.surface_voxels += 1; }));
+  EXPECT_TRUE(planes([](auto& r) { r.part_count += 1; }));
+  EXPECT_TRUE(planes([](auto& r) { r.part_count = 0xffffffff; }));
+  EXPECT_TRUE(planes([](auto& r) { r.cells.offset += 64; }));
+  EXPECT_TRUE(planes([](auto& r) { r.cells.bytes -= 4; }));
 }
 
-TEST(Refusal, NetworkAndInstanceRecords) {
-  const auto network = [](const std::function<void(format::NetworkRecord&)>& change) {
-    return outcome_of(with_record<format::NetworkRecord>(good(), format::kNetworks, 0, change)).status ==
+TEST(Refusal, NetworkRecords) {
+  using Record = format::NetworkRecord;
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const auto network = [](const std::function<void(Record&)>& change) {
+    return refused<Record>(format::kNetworks, 1, change);
+  };
+  EXPECT_FALSE(network([](auto&) {}));
+  EXPECT_TRUE(network([](auto& r) { r.mlp = 3; }));
+  EXPECT_TRUE(network([](auto& r) { r.corners += 1; }));
+  EXPECT_TRUE(network([](auto& r) { r.features_per_corner = 0; }));
+  EXPECT_TRUE(network([](auto& r) { r.features_per_corner = 9; }));
+  EXPECT_TRUE(network([](auto& r) { r.samples = 33; }));
+  EXPECT_TRUE(network([](auto& r) { r.samples += 4; }));
+  EXPECT_TRUE(network([&](auto& r) { r.length_scale = nan; }));
+  EXPECT_TRUE(network([](auto& r) { r.length_scale = -1; }));
+  EXPECT_TRUE(network([](auto& r) { r.forms = 4; }));
+  EXPECT_TRUE(network([](auto& r) { r.forms = format::kCornersAround; })) << "its payload is not empty";
+  EXPECT_TRUE(network([](auto& r) { r.reserved[0] = 1; }));
+  EXPECT_TRUE(network([](auto& r) { r.reserved[1] = 1; }));
+  EXPECT_TRUE(network([](auto& r) { r.brick_corners.offset += 64; }));
+  EXPECT_TRUE(network([](auto& r) { r.brick_corners.bytes -= 4; }));
+  EXPECT_TRUE(network([](auto& r) { r.features.offset = ~uint64_t{0}; }));
+  EXPECT_TRUE(network([](auto& r) { r.features.bytes += 64; }));
+}
+
+TEST(Refusal, MlpAndInstanceRecords) {
+  const auto network = [](const std::function<void(format::MlpRecord&)>& change) {
+    return outcome_of(with_record<format::MlpRecord>(good(), format::kMlps, 0, change)).status ==
            Status::damaged_nif;
   };
   EXPECT_FALSE(network([](auto&) {}));
@@ -266,7 +289,7 @@ TEST(Refusal, NetworkAndInstanceRecords) {
 
 TEST(Refusal, Payload) {
   const format::Asset asset = format::to_asset(format::read_asset(good(), "file"));
-  const auto& object = asset.objects[0].as<format::SegmentData>();
+  const format::PlanesData& object = *asset.objects[0].planes;
   ASSERT_GT(object.brick_states.size(), 1u);
   const auto changed = [](uint32_t section, size_t at, auto value) {
     Bytes file = good();
@@ -275,10 +298,11 @@ TEST(Refusal, Payload) {
     return outcome_of(file).status;
   };
   const size_t mixed = object.brick_states.size();
-  EXPECT_EQ(changed(format::kOccupancy, mixed * 16, object.brick_corners[0] ^ 1), Status::damaged_nif);
-  EXPECT_EQ(changed(format::kOccupancy, mixed * 24 + 4, uint32_t{0xfffffff0}), Status::damaged_nif);
-  EXPECT_EQ(changed(format::kOccupancy, mixed * 32, uint16_t(3 + mixed)), Status::damaged_nif);
-  EXPECT_EQ(changed(format::kOccupancy, mixed * 28 + 4, uint32_t{0xfffffff0}), Status::damaged_nif);
+  EXPECT_EQ(changed(format::kCorners, 0, asset.objects[0].network->brick_corners[0] ^ 1),
+            Status::damaged_nif);
+  EXPECT_EQ(changed(format::kCorners, mixed * 8 + 4, uint32_t{0xfffffff0}), Status::damaged_nif);
+  EXPECT_EQ(changed(format::kOccupancy, mixed * 20, uint16_t(3 + mixed)), Status::damaged_nif);
+  EXPECT_EQ(changed(format::kOccupancy, mixed * 16 + 4, uint32_t{0xfffffff0}), Status::damaged_nif);
   EXPECT_EQ(changed(format::kCells, 0, uint32_t{kernels::kEmptyVoxel}), Status::damaged_nif);
   EXPECT_EQ(changed(format::kFeatures, 0, int8_t(-128)), Status::damaged_nif);
   EXPECT_EQ(changed(format::kWeights, 0, int32_t(-(1 << 26) - 1)), Status::damaged_nif);
@@ -289,8 +313,7 @@ TEST(Refusal, Payload) {
 
 /// The fast kernels would look for the corners of such voxels beyond their tables.
 TEST(Refusal, VoxelsBeyondTheGrid) {
-  const auto object =
-      format::to_asset(format::read_asset(good(), "file")).objects[0].as<format::SegmentData>();
+  const format::PlanesData object = *format::to_asset(format::read_asset(good(), "file")).objects[0].planes;
   const uint32_t across = format::bricks_for(object.voxels[0]), down = format::bricks_for(object.voxels[1]);
   // A mixed brick whose last voxel, the highest bit, is beyond the grid.
   uint32_t number = 0;
@@ -312,8 +335,7 @@ TEST(Refusal, VoxelsBeyondTheGrid) {
 
 /// Bricks are numbered in 16 bits where kernels look up features.
 TEST(Refusal, MixedBrickTwiceInTheTable) {
-  const auto object =
-      format::to_asset(format::read_asset(good(), "file")).objects[0].as<format::SegmentData>();
+  const format::PlanesData object = *format::to_asset(format::read_asset(good(), "file")).objects[0].planes;
   const size_t mixed = object.brick_states.size();
   ASSERT_GT(mixed, 1u);
   size_t first = 0;
@@ -321,7 +343,7 @@ TEST(Refusal, MixedBrickTwiceInTheTable) {
   for (const uint16_t entry : {uint16_t(kernels::kFirstMixedBrick + 1), uint16_t(kernels::kBrickOutside)}) {
     Bytes file = good();
     const uint64_t table =
-        test::section_entry(file, test::find_section(file, format::kOccupancy)).offset + 32 * mixed;
+        test::section_entry(file, test::find_section(file, format::kOccupancy)).offset + 20 * mixed;
     test::store(file, table + 2 * first, entry);
     test::fix_checksums(file);
     EXPECT_EQ(outcome_of(file).status, Status::damaged_nif) << entry;

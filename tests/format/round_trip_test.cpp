@@ -76,8 +76,8 @@ TEST(RoundTrip, KeepsEveryField) {
     EXPECT_EQ(seen.aabb_min, object.aabb_min);
     EXPECT_EQ(seen.aabb_max, object.aabb_max);
     EXPECT_EQ(seen.bias, object.bias);
-    EXPECT_EQ(seen.triangles, object.triangles);
-    EXPECT_EQ(seen.as<format::SegmentView>().network, object.as<format::SegmentData>().network);
+    EXPECT_EQ(seen.triangle_count, object.triangle_count);
+    EXPECT_EQ(seen.network->mlp, object.network->mlp);
   }
   ASSERT_EQ(view.instances.size(), asset.instances.size());
   for (size_t i = 0; i < asset.instances.size(); ++i) {
@@ -94,7 +94,7 @@ TEST(RoundTrip, BlocksAreAligned) {
     return uint64_t(static_cast<const std::byte*>(p) - bytes.data());
   };
   for (const format::ObjectView& object : view.objects) {
-    const kernels::SegmentField& field = object.as<format::SegmentView>().field;
+    const kernels::SegmentField& field = object.as<kernels::SegmentField>();
     EXPECT_EQ(offset(field.brick_states) % format::kAlignment, 0u);
     EXPECT_EQ(offset(field.features) % format::kAlignment, 0u);
     EXPECT_EQ(offset(field.network.layers[0].biases) % format::kAlignment, 0u);
@@ -109,13 +109,11 @@ TEST(RoundTrip, SameAnswers) {
     const AssetView view = format::read_asset(bytes, "file");
     test::Random random(seed);
     for (size_t i = 0; i < asset.objects.size(); ++i) {
-      const auto& data = asset.objects[i].as<format::SegmentData>();
-      const auto field = format::field_of(data, asset.networks[data.network]);
+      const auto field = std::get<kernels::SegmentField>(format::field_of(asset, asset.objects[i]));
       for (int ray = 0; ray < 1000; ++ray) {
         const kernels::Segment segment = test::random_segment(random, field);
         const kernels::Answer ours = kernels::query(field, segment);
-        const kernels::Answer theirs =
-            kernels::query(view.objects[i].as<format::SegmentView>().field, segment);
+        const kernels::Answer theirs = kernels::query(view.objects[i].as<kernels::SegmentField>(), segment);
         ASSERT_EQ(ours.visible, theirs.visible);
         ASSERT_EQ(ours.certain, theirs.certain);
         ASSERT_EQ(ours.logit, theirs.logit);
@@ -128,9 +126,6 @@ TEST(RoundTrip, SameAnswers) {
 
 TEST(Writer, RefusesWhatTheReaderWould) {
   const format::Asset good = test::random_asset(3);
-  const auto segment = [](format::Asset& asset) -> format::SegmentData& {
-    return asset.objects[0].as<format::SegmentData>();
-  };
   const auto refused = [&](auto&& change) {
     format::Asset asset = good;
     change(asset);
@@ -144,13 +139,13 @@ TEST(Writer, RefusesWhatTheReaderWould) {
   EXPECT_FALSE(refused([](auto&) {}));
   EXPECT_TRUE(refused([](auto& a) { a.objects.clear(); }));
   EXPECT_TRUE(refused([](auto& a) { a.objects[0].name = "\xff"; }));
-  EXPECT_TRUE(refused([&](auto& a) { segment(a).features.pop_back(); }));
-  EXPECT_TRUE(refused([&](auto& a) { segment(a).brick_table.pop_back(); }));
-  EXPECT_TRUE(refused([&](auto& a) { segment(a).network = 9; }));
-  EXPECT_TRUE(refused([&](auto& a) { segment(a).voxels[1] = 513; }));
-  EXPECT_TRUE(refused([](auto& a) { a.networks[0].layers[0].weights[0] = -128; }));
-  EXPECT_TRUE(refused([](auto& a) { a.networks[0].layers.clear(); }));
-  EXPECT_TRUE(refused([](auto& a) { a.networks[0].layers.resize(9); }));
+  EXPECT_TRUE(refused([](auto& a) { a.objects[0].network->features.pop_back(); }));
+  EXPECT_TRUE(refused([](auto& a) { a.objects[0].planes->brick_table.pop_back(); }));
+  EXPECT_TRUE(refused([](auto& a) { a.objects[0].network->mlp = 9; }));
+  EXPECT_TRUE(refused([](auto& a) { a.objects[0].planes->voxels[1] = 513; }));
+  EXPECT_TRUE(refused([](auto& a) { a.mlps[0].layers[0].weights[0] = -128; }));
+  EXPECT_TRUE(refused([](auto& a) { a.mlps[0].layers.clear(); }));
+  EXPECT_TRUE(refused([](auto& a) { a.mlps[0].layers.resize(9); }));
   EXPECT_TRUE(refused([](auto& a) { a.instances[0].object = 9; }));
 }
 

@@ -35,9 +35,9 @@ TEST(SphericalFile, KeepsEveryFieldAndAnswer) {
     for (size_t i = 1; i < 4; ++i) {
       const format::Object& object = asset.objects[i];
       const format::ObjectView& seen = view.objects[i];
-      const auto& [number, grids] = object.as<format::SphericalData>();
-      const auto& [network, spherical, grid_bytes] = seen.as<format::SphericalView>();
-      EXPECT_EQ(format::encoding_number(seen.content), 2u);
+      const auto& [number, grids] = *object.spherical;
+      const auto& [network, spherical, grid_bytes] = *seen.spherical;
+      EXPECT_EQ(format::encoding_of(seen).number, 2u);
       EXPECT_EQ(network, i < 3 ? 0u : 1u);
       EXPECT_EQ(network, number);
       EXPECT_EQ(grid_bytes, grids.bytes());
@@ -64,7 +64,7 @@ TEST(SphericalFile, KeepsEveryFieldAndAnswer) {
 TEST(SphericalFile, HasItsSectionsOnlyWhereTheyAreNeeded) {
   const Bytes with = format::encode(asset_with_sphericals(1)),
               without = format::encode(test::random_asset(1));
-  for (const uint32_t type : format::EncodingOf<kernels::SphericalField>::kSections) {
+  for (const uint32_t type : format::SphericalPart::kSections) {
     const uint32_t index = test::find_section(with, type);
     EXPECT_EQ(test::section_entry(with, index).flags, format::kRequired);
     for (uint32_t i = 0; i < test::load<format::Header>(without, 0).section_count; ++i)
@@ -93,11 +93,10 @@ TEST(SphericalFile, RefusesWrongObjects) {
     return refuses<format::ObjectRecord>(format::kObjects, index, change);
   };
   EXPECT_FALSE(object(1, [](auto&) {}));
-  EXPECT_TRUE(object(1, [](auto& r) { r.encoding = 1; }));
-  EXPECT_TRUE(object(1, [](auto& r) { r.encoding = 3; }));
-  EXPECT_TRUE(object(0, [](auto& r) { r.encoding = 2; }));
-  EXPECT_TRUE(object(2, [](auto& r) { r.record = 0; }));
-  EXPECT_TRUE(object(3, [](auto& r) { r.record = 3; }));
+  EXPECT_TRUE(object(1, [](auto& r) { std::swap(r.spherical, r.planes); }));
+  EXPECT_TRUE(object(1, [](auto& r) { std::swap(r.spherical, r.triangles); }));
+  EXPECT_TRUE(object(2, [](auto& r) { r.spherical = 0; }));
+  EXPECT_TRUE(object(3, [](auto& r) { r.spherical = 3; }));
   EXPECT_TRUE(object(1, [](auto& r) { r.aabb_max[0] = 3e38f; }));
   EXPECT_TRUE(object(1, [](auto& r) { std::copy_n(r.aabb_min, 3, r.aabb_max); })) << "a point";
 
@@ -144,7 +143,7 @@ TEST(SphericalFile, RefusesValuesThatCannotBeComputedWith) {
   for (const bool half : {false, true}) {
     const auto status_after = [&](float value, bool weight) {
       format::Asset asset = asset_with_sphericals(3);
-      format::SphericalGrids& grids = asset.objects[1].as<format::SphericalData>().grids;
+      format::SphericalGrids& grids = asset.objects[1].spherical->grids;
       grids.half = asset.spherical_networks[0].half = half;
       (weight ? asset.spherical_networks[0].inner.weights : grids.distance).back() = value;
       try {

@@ -36,7 +36,7 @@ inline const std::vector<File>& files() {
           .sphericals = 1,
           .exacts = 1,
           .proofs = 1,
-          .coded = format::kCodedPayloads}})
+          .coded = kCodedAll}})
       made.push_back(format::encode(random_asset(made.size(), options)));
     return made;
   }();

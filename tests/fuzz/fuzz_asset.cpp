@@ -76,7 +76,7 @@ void query(const nif::kernels::PrimaryField& field) {
 void pack(const nif::kernels::AnyField& any) {
   using nif::kernels::cpu::FeatureGrid, nif::kernels::cpu::WalkGrid;
   auto* const memory = std::pmr::get_default_resource();
-  if (const auto* exact = std::get_if<nif::kernels::ExactField>(&any)) WalkGrid(exact->proof, memory);
+  if (const auto* exact = std::get_if<nif::kernels::ExactField>(&any)) WalkGrid(exact->planes, memory);
   const auto* field = std::get_if<nif::kernels::SegmentField>(&any);
   if (field == nullptr) return;
   const WalkGrid walk(*field, memory);

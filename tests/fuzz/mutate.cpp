@@ -18,30 +18,25 @@ size_t record_bytes(uint32_t type) {
       return sizeof(format::ObjectRecord);
     case format::kInstances:
       return sizeof(format::InstanceRecord);
-    case format::kSegments:
-      return sizeof(format::SegmentRecord);
+    case format::kPlanes:
+      return sizeof(format::PlanesRecord);
+    case format::kTriangles:
+      return sizeof(format::TrianglesRecord);
     case format::kNetworks:
       return sizeof(format::NetworkRecord);
+    case format::kMlps:
+      return sizeof(format::MlpRecord);
     case format::kSphericalRecords:
       return sizeof(format::SphericalRecord);
     case format::kSphericalNetworks:
       return sizeof(format::SphericalNetworksRecord);
-    case format::kBvhRecords:
-      return sizeof(format::BvhRecord);
-    case format::kBvhs:
-    case format::kExactTrees:  // vertices and triangles follow, as in the former
+    case format::kTrees:  // vertices and triangles follow
       return sizeof(kernels::BvhNode);
-    case format::kExactRecords:
-      return sizeof(format::ExactRecord);
-    case format::kProofRecords:
-      return sizeof(format::ProofRecord);
-    case format::kExactOccupancy:
-    case format::kOccupancy:
-    case format::kProofOccupancy:  // of what comes first
+    case format::kOccupancy:  // of what comes first
       return sizeof(kernels::BrickStates);
+    case format::kCorners:  // likewise
+      return sizeof(uint64_t);
     case format::kCells:
-    case format::kExactCells:
-    case format::kProofCells:
     case format::kSourceNumbers:
       return sizeof(uint32_t);
     case format::kPrimaries:
@@ -149,11 +144,7 @@ void mutate_part(Part& part, MutateBytes mutate_bytes) {
 Bytes uncoded(const Bytes& file) {
   try {
     format::Asset asset = format::to_asset(format::read_asset(file, "before"));
-    for (format::Object& object : asset.objects) {
-      if (auto* segment = std::get_if<format::SegmentData>(&object.content)) segment->coded = 0;
-      if (auto* exact = std::get_if<format::ExactData>(&object.content)) exact->proof.coded = 0;
-      if (auto* proof = std::get_if<format::ProofData>(&object.content)) proof->coded = 0;
-    }
+    for (format::Object& object : asset.objects) set_coded(0, object);
     return format::encode(asset);
   } catch (const Error&) {
     return file;
@@ -219,15 +210,13 @@ uint64_t random_bits(Random& random) {
 }
 
 /// Other bricks, in a grid of another size at times; the tables that follow from them are right.
-template <class Data>
-void mutate_grid(Data& data, Random& random) {
-  constexpr bool kCorners = std::is_same_v<Data, format::SegmentData>;
+void mutate_grid(format::PlanesData& data, format::NetworkData* network, Random& random) {
   std::vector<Brick> bricks;
   for (const uint16_t entry : data.brick_table) {
     Brick brick{std::min<uint16_t>(entry, kernels::kFirstMixedBrick), {}, 0};
     if (entry >= kernels::kFirstMixedBrick) {
       brick.states = data.brick_states[entry - kernels::kFirstMixedBrick];
-      if constexpr (kCorners) brick.corners = data.brick_corners[entry - kernels::kFirstMixedBrick];
+      if (network) brick.corners = network->brick_corners[entry - kernels::kFirstMixedBrick];
     }
     bricks.push_back(brick);
   }
@@ -250,10 +239,10 @@ void mutate_grid(Data& data, Random& random) {
                  layers = format::bricks_for(data.voxels[2]);
   data.brick_table.clear();
   data.brick_states.clear();
-  if constexpr (kCorners) {
-    data.brick_corners.clear();
-    data.corner_base.clear();
-    data.corners = 0;
+  if (network) {
+    network->brick_corners.clear();
+    network->corner_base.clear();
+    network->corners = 0;
   }
   for (uint32_t b = 0; b < across * down * layers; ++b) {
     const Brick& brick = bricks[b % bricks.size()];
@@ -271,18 +260,15 @@ void mutate_grid(Data& data, Random& random) {
           low[2] + bit / 16 < data.voxels[2])
         within |= uint64_t{1} << bit;
     data.brick_states.push_back({brick.states.surface & within, brick.states.aux & within});
-    if constexpr (!kCorners)
-      continue;
-    else {
-      data.brick_corners.push_back(brick.corners);
-      data.corner_base.push_back(data.corners);
-      data.corners += uint32_t(std::popcount(brick.corners));
-    }
+    if (!network) continue;
+    network->brick_corners.push_back(brick.corners);
+    network->corner_base.push_back(network->corners);
+    network->corners += uint32_t(std::popcount(brick.corners));
   }
 }
 
 /// Changes the cells, often to what a reader refuses: the words, and what the tables say of them.
-void mutate_cells(format::ProofData& data, Random& random) {
+void mutate_cells(format::PlanesData& data, Random& random) {
   if (random.below(4) == 0) data.levels = random.below(kernels::kMaxLevels + 1);
   for (uint32_t changes = 1 + random.below(4); changes > 0; --changes) {
     std::vector<uint32_t>& words = random.below(2) ? data.voxel_records : data.parts;
@@ -304,15 +290,29 @@ void mutate_cells(format::ProofData& data, Random& random) {
   }
 }
 
-void fit_features(format::SegmentData& data, Random& random) {
-  const size_t before = data.features.size();
-  data.features.resize(size_t(data.corners) * data.features_per_corner);
-  for (size_t i = before; i < data.features.size(); ++i) data.features[i] = int8_t(random.between(-127, 127));
+void mutate(format::PlanesData& data, format::Object& object, format::Asset&, Random& random) {
+  if (random.below(4) == 0) data.coded = random.below(format::kCodedPlanes + 1);
+  switch (random.below(4)) {
+    case 0:
+      mutate_cells(data, random);
+      break;
+    case 1:
+      (random.below(2) ? data.voxels_per_unit : data.origin[random.below(3)]) *= random.between(0.1f, 4.0f);
+      if (random.below(4) == 0) data.voxels_per_unit = changed_float(data.voxels_per_unit, random);
+      if (random.below(4) == 0) data.origin[random.below(3)] = changed_float(data.origin[0], random);
+      break;
+    default:
+      mutate_grid(data, object.network ? &*object.network : nullptr, random);
+      format::leave_bare(data);
+      if (random.below(2))
+        for (uint32_t& word : data.voxel_records)
+          word = test::random_planes(random) | (random.below(8) == 0 ? 8u : 0u);
+  }
 }
 
-void mutate(format::SegmentData& data, format::Asset& asset, Random& random) {
-  if (random.below(4) == 0) data.coded = random.below(format::kCodedPayloads + 1);
-  switch (random.below(6)) {
+void mutate(format::NetworkData& data, format::Object&, format::Asset& asset, Random& random) {
+  if (random.below(4) == 0) data.coded = random.below(format::kNetworkForms + 1);
+  switch (random.below(3)) {
     case 0:  // as many inputs of the network, from other samples
       for (int tries = 0; tries < 8; ++tries) {
         const uint32_t inputs = data.samples * (data.features_per_corner + 1),
@@ -324,29 +324,24 @@ void mutate(format::SegmentData& data, format::Asset& asset, Random& random) {
       }
       break;
     case 1:
-      data.network = random.below(uint32_t(asset.networks.size()));
-      break;
-    case 2:
-      (random.below(2) ? data.voxels_per_unit : data.origin[random.below(3)]) *= random.between(0.1f, 4.0f);
-      if (random.below(4) == 0) data.voxels_per_unit = changed_float(data.voxels_per_unit, random);
-      if (random.below(4) == 0) data.length_scale = changed_float(data.length_scale, random);
-      if (random.below(4) == 0) data.origin[random.below(3)] = changed_float(data.origin[0], random);
-      break;
-    case 3:
-      mutate_cells(data, random);
+      data.mlp = random.below(uint32_t(asset.mlps.size()));
       break;
     default:
-      mutate_grid(data, random);
-      format::leave_bare(data);
-      if (random.below(2))
-        for (uint32_t& word : data.voxel_records)
-          word = test::random_planes(random) | (random.below(8) == 0 ? 8u : 0u);
+      data.length_scale = changed_float(data.length_scale, random);
   }
-  fit_features(data, random);
+}
+
+/// As many as the planes have corners with features.
+void fit_features(format::Object& object, Random& random) {
+  if (!object.network) return;
+  format::NetworkData& data = *object.network;
+  const size_t before = data.features.size();
+  data.features.resize(size_t(data.corners) * data.features_per_corner);
+  for (size_t i = before; i < data.features.size(); ++i) data.features[i] = int8_t(random.between(-127, 127));
 }
 
 /// A vertex may move to where another one is: often that keeps it in its box.
-void mutate(format::Bvh& data, format::Asset&, Random& random) {
+void mutate(format::TrianglesData& data, format::Object&, format::Asset&, Random& random) {
   auto& from = data.vertices[random.below(uint32_t(data.vertices.size()))];
   auto& to = data.vertices[random.below(uint32_t(data.vertices.size()))];
   const size_t axis = random.below(3);
@@ -356,37 +351,13 @@ void mutate(format::Bvh& data, format::Asset&, Random& random) {
     to[axis] = changed_float(to[axis], random);
 }
 
-void mutate(format::ProofData& data, format::Asset&, Random& random) {
-  if (random.below(4) == 0) data.coded = random.below(format::kCodedPayloads + 1);
-  switch (random.below(3)) {
-    case 0:
-      mutate_cells(data, random);
-      break;
-    case 1:
-      (random.below(2) ? data.voxels_per_unit : data.origin[random.below(3)]) *= random.between(0.5f, 2.0f);
-      break;
-    default:
-      mutate_grid(data, random);
-      format::leave_bare(data);
-      if (random.below(2))
-        for (uint32_t& word : data.voxel_records) word = test::random_planes(random);
-  }
-}
-
-void mutate(format::ExactData& data, format::Asset& asset, Random& random) {
-  if (random.below(4) == 0)
-    mutate(data.bvh, asset, random);
-  else
-    mutate(data.proof, asset, random);
-}
-
 std::vector<float>& grid_of(format::SphericalGrids& grids, Random& random) {
   std::vector<float>* const all[] = {&grids.outer_position, &grids.outer_direction, &grids.inner_position,
                                      &grids.inner_direction, &grids.distance};
   return *all[random.below(5)];
 }
 
-void mutate(format::SphericalData& data, format::Asset& asset, Random& random) {
+void mutate(format::SphericalData& data, format::Object&, format::Asset& asset, Random& random) {
   format::SphericalGrids& grids = data.grids;
   switch (random.below(4)) {
     case 0:
@@ -417,8 +388,8 @@ void mutate(format::SphericalData& data, format::Asset& asset, Random& random) {
 }
 
 void mutate_networks(format::Asset& asset, Random& random) {
-  if (!asset.networks.empty() && random.below(2)) {
-    format::Network& network = asset.networks[random.below(uint32_t(asset.networks.size()))];
+  if (!asset.mlps.empty() && random.below(2)) {
+    format::Mlp& network = asset.mlps[random.below(uint32_t(asset.mlps.size()))];
     format::Layer& layer = network.layers[random.below(uint32_t(network.layers.size()))];
     if (random.below(2))
       layer.biases[random.below(layer.outputs)] = random.below(2) ? kernels::kMaxBias : -kernels::kMaxBias;
@@ -444,12 +415,10 @@ void mutate_networks(format::Asset& asset, Random& random) {
 
 /// As many as the grid has surface voxels, if the object has some, or at times.
 void fit_colors(format::Object& object, Random& random) {
-  const auto* grid = std::get_if<format::ProofData>(&object.content);
-  if (const auto* segment = std::get_if<format::SegmentData>(&object.content)) grid = segment;
-  if (const auto* exact = std::get_if<format::ExactData>(&object.content)) grid = &exact->proof;
-  if (!grid) return;
+  if (!object.planes) return;
   if (!object.colors && random.below(16) == 0) object.colors.emplace();
-  if (object.colors) object.colors->resize(grid->voxel_records.size(), uint16_t(random.below(0x10000)));
+  if (object.colors)
+    object.colors->resize(object.planes->voxel_records.size(), uint16_t(random.below(0x10000)));
 }
 
 /// Another count of triangles in the source mesh, or another number.
@@ -458,6 +427,16 @@ void mutate_source(format::SourceTriangles& source, Random& random) {
   if (source.numbers.empty()) return;
   uint32_t& number = source.numbers[random.below(uint32_t(source.numbers.size()))];
   number = source.triangles ? changed_word(number, random) % source.triangles : 0;
+}
+
+/// Any of those that it has.
+void mutate_part_of(format::Object& object, format::Asset& asset, Random& random) {
+  uint32_t count = 0;
+  format::for_each_part([&](auto part) { count += part.of(object).has_value(); });
+  uint32_t left = random.below(count);
+  format::for_each_part([&](auto part) {
+    if (part.of(object) && left-- == 0) mutate(*part.of(object), object, asset, random);
+  });
 }
 
 Bytes mutate_asset(const Bytes& file, Random& random) {
@@ -493,7 +472,7 @@ Bytes mutate_asset(const Bytes& file, Random& random) {
       const size_t axis = random.below(3);
       float& bound = (random.below(2) ? object.aabb_min : object.aabb_max)[axis];
       bound = random.below(4) ? object.aabb_min[axis] : changed_float(bound, random);
-      object.triangles = random.below(2) ? 0xffffffffu : 0;
+      object.triangle_count = random.below(2) ? 0xffffffffu : 0;
       break;
     }
     case 4:
@@ -506,9 +485,12 @@ Bytes mutate_asset(const Bytes& file, Random& random) {
       }
       [[fallthrough]];
     default:
-      std::visit([&](auto& data) { mutate(data, asset, random); }, object.content);
+      mutate_part_of(object, asset, random);
   }
-  for (format::Object& one : asset.objects) fit_colors(one, random);
+  for (format::Object& one : asset.objects) {
+    fit_features(one, random);
+    fit_colors(one, random);
+  }
   return format::encode(asset);
 }
 
@@ -529,10 +511,8 @@ Bytes join_assets(const Bytes& one, const Bytes& other) {
     format::Asset more = format::to_asset(format::read_asset(other, "other"));
     const auto first = uint32_t(asset.objects.size());
     for (format::Object& object : more.objects) {
-      if (auto* segment = std::get_if<format::SegmentData>(&object.content))
-        segment->network += uint32_t(asset.networks.size());
-      if (auto* spherical = std::get_if<format::SphericalData>(&object.content))
-        spherical->network += uint32_t(asset.spherical_networks.size());
+      if (object.network) object.network->mlp += uint32_t(asset.mlps.size());
+      if (object.spherical) object.spherical->network += uint32_t(asset.spherical_networks.size());
       asset.objects.push_back(std::move(object));
     }
     for (format::Instance& instance : more.instances) {
@@ -540,7 +520,7 @@ Bytes join_assets(const Bytes& one, const Bytes& other) {
       asset.instances.push_back(std::move(instance));
     }
     asset.places_nothing = asset.places_nothing && more.places_nothing && asset.instances.empty();
-    for (format::Network& network : more.networks) asset.networks.push_back(std::move(network));
+    for (format::Mlp& network : more.mlps) asset.mlps.push_back(std::move(network));
     for (format::SphericalNetworks& networks : more.spherical_networks)
       asset.spherical_networks.push_back(std::move(networks));
     return format::encode(asset);

@@ -35,7 +35,7 @@ inline kernels::Segment segment_of(const NifRay& ray) {
 /// About its grid where it has one, for that need not be where the object's box is.
 inline std::vector<NifRay> rays_about(const format::ObjectView& object, uint32_t count) {
   float low[3], high[3];
-  const kernels::ProofField* grid = format::grid_of(object);
+  const kernels::PlanesField* grid = format::grid_of(object);
   for (uint32_t a = 0; a < 3; ++a) {
     low[a] = grid ? grid->origin[a] : object.aabb_min[a];
     high[a] = grid ? grid->origin[a] + static_cast<float>(grid->voxels[a]) / grid->voxels_per_unit

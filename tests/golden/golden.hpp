@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "kernels/reference/segment/query.hpp"
+#include "kernels/reference/encodings/segment.hpp"
 
 namespace nif::test {
 

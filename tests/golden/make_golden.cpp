@@ -1,6 +1,6 @@
 // make_golden SEED NAME [BVHS [SPHERICALS [CODED [EXACTS [PROOFS [SOURCES [COLORS]]]]]]]: writes
 // NAME.nif, with so many `bvh`, `spherical`, `exact` and `proof` objects after the others, coded what the
-// bits of CODED say (PayloadForm), so many of all with source triangles, and so many with colours; and
+// bits of CODED say (test::kCodedAll), so many of all with source triangles, and so many with colours; and
 // NAME.answers. For what the format newly holds only: files that are in this folder are never made anew.
 #include <cstdio>
 #include <cstdlib>

@@ -47,7 +47,7 @@ TEST_P(GpuBvhTest, AnswersInTheDeepestTree) {
       for (int a = 0; a < 3; ++a) node.high[a][s] = 8;
     }
   }
-  kernels::BvhField field;
+  kernels::TrianglesField field;
   field.nodes = nodes.data();
   field.vertices = vertices;
   field.triangles = triangles;

@@ -1,6 +1,6 @@
 // What kernels sum of a point's corners, found by bricks, is what the reference sums of them one by one: in
 // surface voxels, and beside them, where rounding may take a point.
-#include "kernels/gpu/segment/device_field.hpp"
+#include "kernels/gpu/network/device_field.hpp"
 #include "kernels/packed/feature_grid.hpp"
 #include "tests/gpu/loaded.hpp"
 
@@ -13,7 +13,7 @@ TEST(CornerBricks, SumAsTheReference) {
     const Loaded asset(seed,
                        {.objects = 2, .instances = 0, .max_voxels = seed % 2 ? 14u : 40u, .features = 2});
     for (const format::ObjectView& object : asset.view.objects) {
-      const kernels::SegmentField& field = object.as<format::SegmentView>().field;
+      const kernels::SegmentField& field = object.as<kernels::SegmentField>();
       const kernels::cpu::FeatureGrid grid(field, std::pmr::new_delete_resource());
       ASSERT_TRUE(grid.complete);
       const std::vector<uint32_t> next_pairs = grid.next_pairs();

@@ -4,8 +4,8 @@
 #include <cstring>
 #include <memory_resource>
 
-#include "kernels/gpu/proof/leaping_walk.hpp"
-#include "kernels/gpu/segment/device_field.hpp"
+#include "kernels/gpu/network/device_field.hpp"
+#include "kernels/gpu/planes/leaping_walk.hpp"
 #include "kernels/packed/walk_grid.hpp"
 #include "tests/gpu/loaded.hpp"
 
@@ -139,14 +139,14 @@ Segment far_segment(Random& random, const kernels::SegmentField& field) {
 /// planes join them to what is inside.
 void replace_unknown(format::Asset& asset) {
   for (format::Object& object : asset.objects) {
-    auto& data = object.as<format::SegmentData>();
+    format::PlanesData& data = *object.planes;
     const auto before = data.brick_states;
     for (kernels::BrickStates& states : data.brick_states) {
       const uint64_t unknown = states.surface & states.aux;
       states.surface &= ~unknown;
       states.aux &= ~unknown;
     }
-    const format::SideRegions regions(format::field_of(data, asset.networks[data.network]));
+    const format::SideRegions regions(format::field_of(data));
     if (regions.contradictory()) data.brick_states = before;
   }
 }
@@ -161,13 +161,13 @@ void compare_random_assets(uint64_t first, uint64_t seeds) {
     if (seed % 2 == 0) replace_unknown(random);
     const Loaded asset(random);
     for (const format::ObjectView& object : asset.view.objects) {
-      const Leaping leaping(object.as<format::SegmentView>().field);
+      const Leaping leaping(object.as<kernels::SegmentField>());
       Random numbers(seed);
       std::vector<Segment> segments = random_segments(object, seed, 4000);
       for (uint32_t i = 0; i < 2000; ++i)
-        segments.push_back(lattice_segment(numbers, object.as<format::SegmentView>().field));
+        segments.push_back(lattice_segment(numbers, object.as<kernels::SegmentField>()));
       for (uint32_t i = 0; i < 1000; ++i)
-        segments.push_back(far_segment(numbers, object.as<format::SegmentView>().field));
+        segments.push_back(far_segment(numbers, object.as<kernels::SegmentField>()));
       std::vector<Segment> spoiled(segments.begin(), segments.begin() + 2500);
       spoil(spoiled, seed);
       segments.insert(segments.end(), spoiled.begin(), spoiled.end());

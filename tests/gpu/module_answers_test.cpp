@@ -1,5 +1,5 @@
 // The GPU module answers as the CPU does: the same calls of nif.h, the kernels run by the emulator.
-#include "kernels/gpu/proof/leaping_walk.hpp"
+#include "kernels/gpu/planes/leaping_walk.hpp"
 #include "tests/gpu/module_fixture.hpp"
 
 namespace nif::test {
@@ -129,7 +129,7 @@ TEST_P(GpuAnswers, TheWidestNetworks) {
   Random random(6);
   format::Asset asset;
   asset.objects.push_back(random_spherical_object(random, "wide", 8));
-  const format::SphericalGrids grids = asset.objects[0].as<format::SphericalData>().grids;
+  const format::SphericalGrids grids = asset.objects[0].spherical->grids;
   for (const uint32_t width : {96u, 100u, kernels::kMaxSphericalWidth}) {
     asset.spherical_networks = {random_networks(random, grids, 4)};
     for (format::SphericalLayers* layers :
@@ -310,8 +310,8 @@ TEST_P(GpuAnswers, AssetsAreUploadedOnce) {
     uint64_t words = 0;  // by which walks leap
     const format::AssetView view = format::read_asset(file, "test");
     for (const format::ObjectView& object : view.objects)
-      if (object.is<format::SegmentView>()) {
-        const kernels::SegmentField& field = object.as<format::SegmentView>().field;
+      if (object.is<kernels::SegmentField>()) {
+        const kernels::SegmentField& field = object.as<kernels::SegmentField>();
         words += uint64_t{field.voxels[0]} * field.voxels[1] * field.voxels[2] + field.part_count;
       }
     const uint64_t bytes = asset.info().gpu_bytes;
@@ -331,9 +331,8 @@ TEST_P(GpuAnswers, WhatObjectsShareIsUploadedOnce) {
   Random random(16);
   format::Asset asset;
   for (int i = 0; i < 4; ++i) asset.objects.push_back(random_spherical_object(random, "it", 4));
-  for (format::Object& object : asset.objects)
-    object.as<format::SphericalData>().grids = asset.objects[0].as<format::SphericalData>().grids;
-  asset.spherical_networks = {random_networks(random, asset.objects[0].as<format::SphericalData>().grids, 4)};
+  for (format::Object& object : asset.objects) object.spherical->grids = asset.objects[0].spherical->grids;
+  asset.spherical_networks = {random_networks(random, asset.objects[0].spherical->grids, 4)};
   format::SphericalLayers& outer = asset.spherical_networks[0].outer;
   outer.width = kernels::kMaxSphericalWidth;
   outer.hidden_layers = 2;

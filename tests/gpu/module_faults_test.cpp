@@ -391,7 +391,7 @@ TEST_F(GpuFaults, OfSurfaceBitsBeyondTheGrid) {
     NifAsset asset = nullptr;
     EXPECT_EQ(nifLoadAssetMemory(device.get(), file.bad.data(), file.bad.size(), NIF_LOAD_COPY, &asset),
               NIF_ERROR_DAMAGED_NIF);
-    EXPECT_EQ(nifGetErrorMessage(), std::string("memory: ") + kind.sentence);
+    EXPECT_EQ(nifGetErrorMessage(), std::string("memory: ") + kBeyondGridSentence);
     nifkit::Scene scene(device);
     scene.add_asset(nifkit::Asset::load(device, file.good));
     scene.commit();

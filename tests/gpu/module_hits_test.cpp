@@ -61,7 +61,7 @@ TEST_P(GpuFirstHits, OfManyOpenCells) {
   for (uint64_t seed = 0; seed < 12; ++seed) {
     const std::vector<std::byte> file = format::encode(asset_of_a_row(seed));
     const format::AssetView view = format::read_asset(file, "test");
-    const kernels::SegmentField& field = view.objects[0].as<format::SegmentView>().field;
+    const kernels::SegmentField& field = view.objects[0].as<kernels::SegmentField>();
     Random random(seed);
     const std::vector<NifRay> rays = rays_in_a_row(random, field, 500);
     TwinScenes twins(config(card()));

@@ -333,7 +333,7 @@ TEST_F(GpuWays, HalfPrecision) {
         expect_same(got, expected);
         continue;
       }
-      const kernels::SphericalField& field = view.objects[object].as<format::SphericalView>().field;
+      const kernels::SphericalField& field = view.objects[object].as<kernels::SphericalField>();
       uint32_t moved = 0;
       for (size_t i = 0; i < rays.size(); ++i) {
         const double bound = half_bound(field, to_segment(rays[i])) * double(kernels::kSphericalLogitUnit);

@@ -2,7 +2,7 @@
 // waves, and the order in which blocks, waves and lanes come.
 #include "tests/gpu/loaded.hpp"
 
-#include "kernels/gpu/segment/kernels.hpp"
+#include "kernels/gpu/network/kernels.hpp"
 
 namespace nif::test {
 namespace {
@@ -38,7 +38,7 @@ TEST_P(GpuSegmentTest, AnswersAsTheReference) {
     for (const format::ObjectView& object : asset.view.objects) {
       const auto segments = random_segments(object, seed, 1000 + 37 * uint32_t(seed));
       expect_reference(object, segments, GetParam());
-      rays.add(object.as<format::SegmentView>().field, segments);
+      rays.add(object.as<kernels::SegmentField>(), segments);
     }
   }
   EXPECT_GT(rays.open, 500u);
@@ -50,7 +50,7 @@ TEST_P(GpuSegmentTest, AnswersRaysOfManyRuns) {
   for (const format::ObjectView& object : asset.view.objects) {
     const auto segments = random_segments(object, 2, 3000);
     expect_reference(object, segments, GetParam());
-    rays.add(object.as<format::SegmentView>().field, segments);
+    rays.add(object.as<kernels::SegmentField>(), segments);
   }
   EXPECT_GT(rays.open, 100u);
   EXPECT_GT(rays.hard, 100u);
@@ -86,7 +86,7 @@ TEST_P(GpuSegmentTest, AnswersBatchesOfAnySize) {
 
 /// A network with hidden layers of the given widths, in place of the asset's own.
 struct OtherNetwork {
-  format::Network network;
+  format::Mlp network;
   kernels::SegmentField field;
 
   OtherNetwork(const kernels::SegmentField& of, const std::vector<uint32_t>& widths) : field(of) {
@@ -117,11 +117,13 @@ TEST_P(GpuSegmentTest, AnswersByNetworksOfAnyShape) {
   const std::vector<uint32_t> shapes[] = {{},       {4},        {32, 32},    {48, 48},     {20, 44, 36},
                                           {16, 48}, {128, 128}, {52, 4, 48}, {4, 128, 128}};
   for (const auto& widths : shapes) {
-    const OtherNetwork other(asset.view.objects[0].as<format::SegmentView>().field, widths);
+    const OtherNetwork other(asset.view.objects[0].as<kernels::SegmentField>(), widths);
     const gpu::SegmentLayout layout = gpu::make_layout(other.field);
     EXPECT_EQ(layout.tiled, widths.empty() || *std::max_element(widths.begin(), widths.end()) <= 48);
     format::ObjectView object = asset.view.objects[0];
-    std::get<format::SegmentView>(object.content).field = other.field;
+    format::NetworkView network = *object.network;
+    network.field = other.field;
+    object.network = &network;
     expect_reference(object, random_segments(object, 9, 700), GetParam());
   }
 }
@@ -129,7 +131,7 @@ TEST_P(GpuSegmentTest, AnswersByNetworksOfAnyShape) {
 /// Rows of weights lie in different banks, and what is tiled has room.
 TEST(GpuSegment, LayoutsFit) {
   const Loaded asset(9, {.objects = 1, .instances = 0, .max_voxels = 8, .features = 2});
-  OtherNetwork other(asset.view.objects[0].as<format::SegmentView>().field, {48, 48});
+  OtherNetwork other(asset.view.objects[0].as<kernels::SegmentField>(), {48, 48});
   for (uint32_t inputs = 8; inputs <= kernels::kMaxInputs; inputs += 4) {
     other.field.network.layers[0].inputs = inputs;
     const gpu::SegmentLayout layout = gpu::make_layout(other.field);

@@ -62,7 +62,7 @@ TEST(GpuSets, SphericalFieldsAnswerAsTheReference) {
   constexpr MatrixKind kKinds[] = {MatrixKind::wmma, MatrixKind::mfma32, MatrixKind::imma};
   for (const bake::RaySet set : bake::kRaySets) {
     const bake::LabelledRays rays = bake::make_ray_set(truth.source(), set, kFewerRays / 20, 7);
-    for (const HalfComparison& half : compare_half(baked.view.objects[0].as<format::SphericalView>().field,
+    for (const HalfComparison& half : compare_half(baked.view.objects[0].as<kernels::SphericalField>(),
                                                    rays.segments, rays.visible, kKinds)) {
       EXPECT_GT(half.asked, rays.segments.size() / 4) << bake::name_of(set);
       EXPECT_EQ(half.beyond, 0u) << bake::name_of(set);

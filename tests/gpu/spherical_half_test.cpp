@@ -148,7 +148,7 @@ TEST_P(GpuSphericalHalfTest, StaysWithinWhatTheArithmeticAllows) {
     const Loaded asset(seed,
                        {.objects = 0, .instances = 0, .max_voxels = seed % 2 ? 14u : 40u, .sphericals = 2});
     for (const format::ObjectView& object : asset.view.objects) {
-      const kernels::SphericalField& field = object.as<format::SphericalView>().field;
+      const kernels::SphericalField& field = object.as<kernels::SphericalField>();
       ASSERT_TRUE(gpu::make_half_layout(field).fits);
       const auto segments = random_segments(object, seed, 1000);
       machine().order = seed;

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <memory>
 
-#include "kernels/reference/bvh/hit.hpp"
 #include "kernels/reference/kernel.hpp"
+#include "kernels/reference/triangles/hit.hpp"
 #include "tests/support/random_bvh.hpp"
 
 namespace nif {
@@ -17,7 +17,7 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 /// Trees of all sizes, near the origin of coordinates and far from it.
 struct Trees {
-  std::vector<format::Bvh> bvhs;
+  std::vector<format::TrianglesData> bvhs;
   Trees() {
     test::Random random(1);
     for (const uint32_t triangles : {1u, 4u, 5u, 33u, 300u, 2000u})
@@ -30,8 +30,8 @@ struct Trees {
 TEST(Bvh, IsALoopOverItsTriangles) {
   uint64_t occluded = 0, rays = 0;
   test::Random random(2);
-  for (const format::Bvh& bvh : Trees().bvhs) {
-    const kernels::BvhField field = format::field_of(bvh);
+  for (const format::TrianglesData& bvh : Trees().bvhs) {
+    const kernels::TrianglesField field = format::field_of(bvh);
     const int count = bvh.triangles.size() > 1000 ? 3000 : 10'000;
     for (int i = 0; i < count; ++i) {
       const Segment segment = test::random_segment(random, field);
@@ -82,7 +82,7 @@ TEST(Triangles, SeenEdgeOnAreMetWhereTheyAre) {
     cut(1 - (k + l) / 64.0, -a - b);
     kernels::TriangleRay ray;
     kernels::TriangleCrossing<double> crossing;
-    kernels::BvhField field;
+    kernels::TrianglesField field;
     field.extent = 100;
     kernels::prepare_for_triangles(field, segment, ray);
     const float* const vertices[3] = {corners[0], corners[1], corners[2]};
@@ -98,7 +98,7 @@ TEST(Triangles, SeenEdgeOnAreMetWhereTheyAre) {
 }
 
 /// The nearest triangle, by a loop over all of them.
-kernels::NearestTriangle nearest_of_all(const kernels::BvhField& field, const kernels::BvhRay& ray) {
+kernels::NearestTriangle nearest_of_all(const kernels::TrianglesField& field, const kernels::BvhRay& ray) {
   kernels::NearestTriangle nearest;
   for (uint32_t n = 0; n < field.node_count; ++n)
     for (const uint8_t slot : field.nodes[n].slots)
@@ -110,8 +110,8 @@ kernels::NearestTriangle nearest_of_all(const kernels::BvhField& field, const ke
 TEST(BvhHits, AreTheNearestOfAllTriangles) {
   uint64_t met = 0, rays = 0, beyond = 0;
   test::Random random(6);
-  for (const format::Bvh& bvh : Trees().bvhs) {
-    const kernels::BvhField field = format::field_of(bvh);
+  for (const format::TrianglesData& bvh : Trees().bvhs) {
+    const kernels::TrianglesField field = format::field_of(bvh);
     for (int i = 0; i < (bvh.triangles.size() > 1000 ? 1000 : 5000); ++i) {
       const Segment segment = test::random_segment(random, field);
       const kernels::Hit hit = kernels::intersect(field, segment);
@@ -147,8 +147,8 @@ TEST(BvhHits, ThePointIsMadeOfTheTrianglesVertices) {
   one.positions = {{-1, -1, 2}, {3, -1, 2}, {0, 1, 2}};
   one.triangles = {{0, 1, 2}};
   test::Random random(7);
-  const format::Bvh bvh = test::RandomTree(one).pack(random);
-  const kernels::BvhField field = format::field_of(bvh);
+  const format::TrianglesData bvh = test::RandomTree(one).pack(random);
+  const kernels::TrianglesField field = format::field_of(bvh);
   const kernels::Hit hit = kernels::intersect(field, {{0.5f, -0.25f, 0}, {0, 0, 4}, 0, kInfinity});
   EXPECT_EQ(hit.t, 0.5f);
   EXPECT_EQ(hit.low, 0.5f);
@@ -171,8 +171,8 @@ TEST(BvhHits, ThePointIsMadeOfTheTrianglesVertices) {
 
 TEST(Bvh, RaysThatAreNone) {
   test::Random random(3);
-  const format::Bvh bvh = test::random_bvh(random, 50);
-  const kernels::BvhField field = format::field_of(bvh);
+  const format::TrianglesData bvh = test::random_bvh(random, 50);
+  const kernels::TrianglesField field = format::field_of(bvh);
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const auto ask = [&](const Segment& segment) { return kernels::query(field, segment); };
   const Segment empty{{0, 0, 0}, {0, 0, 1}, 2, 1};
@@ -205,8 +205,8 @@ TEST(Bvh, NothingLeaksAtEdgesAndVertices) {
       wall.triangles.push_back({at, at + 1, at + kSide});
       wall.triangles.push_back({at + 1, at + kSide + 1, at + kSide});
     }
-  const format::Bvh bvh = test::RandomTree(wall).pack(random);
-  const kernels::BvhField field = format::field_of(bvh);
+  const format::TrianglesData bvh = test::RandomTree(wall).pack(random);
+  const kernels::TrianglesField field = format::field_of(bvh);
   for (int i = 0; i < 200'000; ++i) {
     const auto& t = wall.triangles[random.below(uint32_t(wall.triangles.size()))];
     const auto &p = wall.positions[t[random.below(3)]], &q = wall.positions[t[random.below(3)]];
@@ -228,8 +228,8 @@ TEST(Bvh, NothingLeaksAtEdgesAndVertices) {
 /// Boxes do not grow with the distance that a ray comes from.
 TEST(Bvh, FarRaysLookAtNoMoreNodes) {
   test::Random random(8);
-  const format::Bvh bvh = test::random_bvh(random, 5000);
-  const kernels::BvhField field = format::field_of(bvh);
+  const format::TrianglesData bvh = test::random_bvh(random, 5000);
+  const kernels::TrianglesField field = format::field_of(bvh);
   const auto nodes_from = [&](float extents) {
     uint64_t nodes = 0;
     for (int i = 0; i < 2000; ++i) {
@@ -257,8 +257,8 @@ TEST(Bvh, EndsOfTheSegmentBelongToIt) {
   one.positions = {{-1, -1, 2}, {1, -1, 2}, {0, 1, 2}};
   one.triangles = {{0, 1, 2}};
   test::Random random(5);
-  const format::Bvh bvh = test::RandomTree(one).pack(random);
-  const kernels::BvhField field = format::field_of(bvh);
+  const format::TrianglesData bvh = test::RandomTree(one).pack(random);
+  const kernels::TrianglesField field = format::field_of(bvh);
   const auto visible = [&](float tmin, float tmax) {
     return kernels::query(field, {{0, 0, 0}, {0, 0, 1}, tmin, tmax}).visible;
   };
@@ -272,7 +272,8 @@ TEST(Bvh, EndsOfTheSegmentBelongToIt) {
 }
 
 /// Asks a kernel batch by batch, and the reference ray by ray.
-void expect_same_bits(const kernels::ObjectKernel& kernel, const kernels::BvhField& field, uint64_t seed) {
+void expect_same_bits(const kernels::ObjectKernel& kernel, const kernels::TrianglesField& field,
+                      uint64_t seed) {
   test::Random random(seed);
   const auto batch = std::make_unique<kernels::SegmentBatch>();
   const auto answers = std::make_unique<kernels::AnswerBatch>();
@@ -294,9 +295,9 @@ void expect_same_bits(const kernels::ObjectKernel& kernel, const kernels::BvhFie
 }
 
 TEST(BvhKernels, SameBits) {
-  for (const format::Bvh& bvh : Trees().bvhs) {
-    const kernels::BvhField field = format::field_of(bvh);
-    expect_same_bits(kernels::ReferenceKernel<kernels::BvhField>(field), field, bvh.triangles.size());
+  for (const format::TrianglesData& bvh : Trees().bvhs) {
+    const kernels::TrianglesField field = format::field_of(bvh);
+    expect_same_bits(kernels::ReferenceKernel<kernels::TrianglesField>(field), field, bvh.triangles.size());
   }
 }
 

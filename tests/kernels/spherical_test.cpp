@@ -146,7 +146,7 @@ TEST(Spherical, NoWeightsThatAReaderTakesGiveNaN) {
   test::Random random(3);
   for (int i = 0; i < 40; ++i) {
     format::Object object = test::random_spherical_object(random, "", 3);
-    format::SphericalGrids& grids = object.as<format::SphericalData>().grids;
+    format::SphericalGrids& grids = object.spherical->grids;
     format::SphericalNetworks networks = test::random_networks(random, grids, kernels::kMaxSphericalWidth);
     const float top = kernels::kMaxSphericalValue;
     for (auto* values :
@@ -175,7 +175,7 @@ TEST(Spherical, TheLogitsSignIsTheOutputs) {
 TEST(Spherical, RaysThatAreNoneAreVisible) {
   test::Random random(4);
   const format::Object object = test::random_spherical_object(random, "", 4);
-  const format::SphericalGrids& grids = object.as<format::SphericalData>().grids;
+  const format::SphericalGrids& grids = object.spherical->grids;
   const format::SphericalNetworks networks = test::random_networks(random, grids, 8);
   const SphericalField field = format::field_of(grids, networks, object.bounds());
   const float nan = std::numeric_limits<float>::quiet_NaN();

@@ -7,13 +7,13 @@
 #include "formats/nif/reader.hpp"
 #include "formats/nif/writer.hpp"
 #include "kernels/packed/walk_grid.hpp"
-#include "kernels/reference/proof/walk.hpp"
+#include "kernels/reference/planes/walk.hpp"
 #include "tests/support/random_asset.hpp"
 
 namespace nif::test {
 namespace {
 
-using kernels::ProofField;
+using kernels::PlanesField;
 using kernels::cpu::WalkGrid;
 
 struct Found {
@@ -21,7 +21,7 @@ struct Found {
 };
 
 /// Whether all voxels around a voxel or brick from `low` on, of `side` voxels, are what its word says.
-testing::AssertionResult box_is_alike(const ProofField& field, uint32_t word, const int32_t (&low)[3],
+testing::AssertionResult box_is_alike(const PlanesField& field, uint32_t word, const int32_t (&low)[3],
                                       int32_t side) {
   int32_t first[3], last[3], voxel[3];
   for (uint32_t a = 0; a < 3; ++a) {
@@ -40,7 +40,7 @@ testing::AssertionResult box_is_alike(const ProofField& field, uint32_t word, co
   return testing::AssertionSuccess();
 }
 
-void check(const ProofField& field, size_t most_without_bricks, Found& found) {
+void check(const PlanesField& field, size_t most_without_bricks, Found& found) {
   const WalkGrid grid(field, std::pmr::new_delete_resource(), most_without_bricks);
   ++found.with_levels[grid.brick_levels];
   if (most_without_bricks == kernels::cpu::kMostWithoutBricks) {
@@ -75,7 +75,7 @@ void check_random_assets(uint64_t first, uint64_t seeds) {
     const std::vector<std::byte> file =
         format::encode(random_asset(seed, {.objects = 1, .max_voxels = seed % 4 == 0 ? 90u : 30u}));
     const format::AssetView asset = format::read_asset(file, "test");
-    const ProofField& field = asset.objects[0].as<format::SegmentView>().field;
+    const PlanesField& field = asset.objects[0].as<kernels::SegmentField>();
     check(field, 0, found);
     check(field, kernels::cpu::kMostWithoutBricks, found);
     if (testing::Test::HasFatalFailure()) return;

@@ -7,7 +7,7 @@
 
 #include "formats/nif/reader.hpp"
 #include "formats/nif/writer.hpp"
-#include "kernels/reference/proof/walk.hpp"
+#include "kernels/reference/planes/walk.hpp"
 #include "tests/support/random_asset.hpp"
 
 namespace nif::test {
@@ -22,7 +22,7 @@ using kernels::WalkResult;
 TEST(Walk, EndsWhereEveryCrossingOverflows) {
   const std::vector<std::byte> file = format::encode(random_asset(1));
   const format::AssetView asset = format::read_asset(file, "test");
-  const kernels::SegmentField& field = asset.objects[0].as<format::SegmentView>().field;
+  const kernels::SegmentField& field = asset.objects[0].as<kernels::SegmentField>();
   const float infinity = std::numeric_limits<float>::infinity();
   for (const float side : {-1.0f, 1.0f})
     for (int axis = 0; axis < 3; ++axis)
@@ -52,7 +52,7 @@ TEST(Walk, RandomFieldsHaveEveryOutcome) {
   for (uint64_t seed = 0; seed < kSeeds; ++seed) {
     const std::vector<std::byte> file = format::encode(random_asset(seed, {.objects = 1, .max_voxels = 40}));
     const format::AssetView asset = format::read_asset(file, "test");
-    const kernels::SegmentField& field = asset.objects[0].as<format::SegmentView>().field;
+    const kernels::SegmentField& field = asset.objects[0].as<kernels::SegmentField>();
     Random random(seed);
     for (uint32_t i = 0; i < kSegments; ++i) {
       bool cells = false, sides = false;

@@ -20,9 +20,9 @@ constexpr const char* kNullDevice = "NUL";
 constexpr const char* kNullDevice = "/dev/null";
 #endif
 
-static_assert(NIF_ENCODING_SEGMENT == format::EncodingOf<kernels::SegmentField>::kNumber);
-static_assert(NIF_ENCODING_SPHERICAL == format::EncodingOf<kernels::SphericalField>::kNumber);
-static_assert(NIF_ENCODING_BVH == format::EncodingOf<kernels::BvhField>::kNumber);
+static_assert(NIF_ENCODING_SEGMENT == kernels::encoding_of_field<kernels::SegmentField>().number);
+static_assert(NIF_ENCODING_SPHERICAL == kernels::encoding_of_field<kernels::SphericalField>().number);
+static_assert(NIF_ENCODING_BVH == kernels::encoding_of_field<kernels::TrianglesField>().number);
 
 /// As the library takes paths, on every system.
 std::string utf8(const fs::path& path) {
@@ -71,7 +71,7 @@ TEST_F(Assets, SameAnswersHoweverLoaded) {
 
   Random random(1);
   for (uint32_t object = 0; object < view.objects.size(); ++object) {
-    const auto rays = random_rays(random, view.objects[object].as<format::SegmentView>().field, 500);
+    const auto rays = random_rays(random, view.objects[object].as<kernels::SegmentField>(), 500);
     std::vector<Answers> answers;
     for (const NifAsset asset : assets_) answers.push_back(query_all(scene_of(asset, object), rays));
     for (const Answers& other : answers) EXPECT_EQ(other, answers[0]);
@@ -99,7 +99,7 @@ TEST_F(Assets, AnswerAfterTheirBytesWereLetGo) {
   Random random(4);
   uint64_t unsure = 0;
   for (uint32_t object = 0; object < 3; ++object) {
-    const kernels::SegmentField& field = view.objects[object].as<format::SegmentView>().field;
+    const kernels::SegmentField& field = view.objects[object].as<kernels::SegmentField>();
     const NifScene scene = scene_of(asset, object);
     auto info = nifkit::sized<NifSceneInfo>();
     ASSERT_EQ(nifGetSceneInfo(scene, &info), NIF_OK);
@@ -137,7 +137,7 @@ TEST_P(AssetInformation, IsThatOfTheFile) {
   ASSERT_EQ(nifGetAssetInfo(asset, &info), NIF_OK);
   EXPECT_EQ(info.object_count, source.objects.size());
   EXPECT_EQ(info.instance_count, source.instances.size());
-  EXPECT_EQ(info.network_count, source.networks.size());
+  EXPECT_EQ(info.network_count, source.mlps.size());
   EXPECT_EQ(info.format_version, 2u);
   EXPECT_EQ(info.file_bytes, file_.size());
   auto device = nifkit::sized<NifDeviceInfo>();
@@ -147,7 +147,7 @@ TEST_P(AssetInformation, IsThatOfTheFile) {
   // Kernels hold a word for each voxel, and the parts.
   size_t words = 0;
   for (const format::Object& object : source.objects) {
-    const auto& data = object.as<format::SegmentData>();
+    const format::PlanesData& data = *object.planes;
     words += size_t(data.voxels[0]) * data.voxels[1] * data.voxels[2] + data.parts.size();
   }
   EXPECT_LT(info.resident_bytes, file_.size() + 4 * words + 8192);
@@ -158,7 +158,7 @@ TEST_P(AssetInformation, IsThatOfTheFile) {
     EXPECT_EQ(object.name, source.objects[i].name);
     EXPECT_EQ(object.encoding, NIF_ENCODING_SEGMENT);
     EXPECT_EQ(object.bias, source.objects[i].bias);
-    EXPECT_EQ(object.triangles, source.objects[i].triangles);
+    EXPECT_EQ(object.triangles, source.objects[i].triangle_count);
     for (size_t a = 0; a < 3; ++a) {
       EXPECT_EQ(object.bounds_min[a], source.objects[i].aabb_min[a]);
       EXPECT_EQ(object.bounds_max[a], source.objects[i].aabb_max[a]);
@@ -178,7 +178,7 @@ TEST_P(AssetInformation, IsThatOfTheFile) {
 
 /// Of an asset with everything in it: file and memory, part by part, without rest.
 TEST_P(AssetInformation, HasPartsThatAddUp) {
-  for (const uint32_t coded : {0u, uint32_t{format::kCodedPayloads}})
+  for (const uint32_t coded : {0u, kCodedAll})
     for (const char* isa : {"isa=auto", "isa=scalar"}) {
       SCOPED_TRACE(std::string(isa) + (coded ? ", coded" : ""));
       RandomAssetOptions options{.bvhs = 1,
@@ -224,13 +224,13 @@ TEST_P(AssetInformation, HasPartsThatAddUp) {
 
 TEST_F(Assets, CodedAndUncodedAnswerAlike) {
   RandomAssetOptions options;
-  options.coded = format::kCodedPayloads;
+  options.coded = kCodedAll;
   for (uint64_t seed = 1; seed < 5; ++seed) {
     format::Asset source = random_asset(seed, options);
     std::vector<Answers> answers;
     uint64_t sizes[2] = {};
-    for (const uint32_t coded : {0u, uint32_t{format::kCodedPayloads}}) {
-      for (format::Object& object : source.objects) object.as<format::SegmentData>().coded = coded;
+    for (const uint32_t coded : {0u, kCodedAll}) {
+      for (format::Object& object : source.objects) set_coded(coded, object);
       file_ = format::encode(source);
       sizes[coded != 0] = file_.size();
       // A name of its own: Windows overwrites no file that is mapped.
@@ -241,8 +241,7 @@ TEST_F(Assets, CodedAndUncodedAnswerAlike) {
         ASSERT_EQ(nifAddAsset(scene, assets_.back(), nullptr, nullptr, nullptr), NIF_OK);
         ASSERT_EQ(nifCommitScene(scene), NIF_OK);
         Random random(seed);
-        const kernels::SegmentField field =
-            format::field_of(source.objects[0].as<format::SegmentData>(), source.networks[0]);
+        const kernels::SegmentField field = format::field_of(source.objects[0], source.mlps[0]);
         answers.push_back(query_all(scene, random_rays(random, field, 500)));
       }
     }
@@ -353,7 +352,7 @@ TEST_F(Assets, EverythingGoesThroughTheAllocator) {
     if (error == NIF_OK) {
       const uint64_t before = counter.calls;
       Random random(5);
-      query_all(scene, random_rays(random, view.objects[0].as<format::SegmentView>().field, 100));
+      query_all(scene, random_rays(random, view.objects[0].as<kernels::SegmentField>(), 100));
       EXPECT_EQ(counter.calls, before) << "a query allocated";
       auto info = nifkit::sized<NifSceneInfo>();
       EXPECT_EQ(nifGetSceneInfo(scene, &info), NIF_OK);

@@ -463,8 +463,7 @@ TEST_F(BadInput, RaysThatAreNone) {
   }
   const Answers answers = query_all(scene_of(asset, 1), noise);
   for (size_t i = 0; i < noise.size(); ++i) {
-    const auto expected =
-        kernels::query(view.objects[1].as<format::SegmentView>().field, to_segment(noise[i]));
+    const auto expected = kernels::query(view.objects[1].as<kernels::SegmentField>(), to_segment(noise[i]));
     EXPECT_EQ(answers.visible[i], expected.visible);
     EXPECT_EQ(answers.certain[i], expected.certain);
   }
@@ -550,7 +549,7 @@ TEST_F(BadInput, SurfaceBitsBeyondTheGrid) {
     NifAsset asset = nullptr;
     EXPECT_EQ(nifLoadAssetMemory(device_, bad.bytes().data(), bad.bytes().size(), NIF_LOAD_COPY, &asset),
               NIF_ERROR_DAMAGED_NIF);
-    EXPECT_EQ(nifGetErrorMessage(), std::string("memory: ") + kind.sentence);
+    EXPECT_EQ(nifGetErrorMessage(), std::string("memory: ") + kBeyondGridSentence);
     EXPECT_EQ(asset, nullptr);
     file_ = file.good;
     scene_of(load(), 0);

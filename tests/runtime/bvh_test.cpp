@@ -23,7 +23,7 @@ TEST_P(RuntimeBvh, AnswersAsTheReference) {
     const NifAsset asset = load();
     Random random(seed);
     for (uint32_t object = 1; object < 4; ++object) {
-      const kernels::BvhField& field = view.objects[object].as<format::BvhView>().field;
+      const kernels::TrianglesField& field = view.objects[object].as<kernels::TrianglesField>();
       std::vector<NifRay> rays;
       while (rays.size() < 3000) rays.push_back(to_ray(random_segment(random, field)));
       const Answers answers = query_all(scene_of(asset, object), rays);
@@ -57,7 +57,7 @@ TEST_P(RuntimeBvh, SharesASceneWithSegmentObjects) {
         const kernels::Answer answer = query_object(object, to_segment(rays[i]));
         visible = visible && answer.visible;
         blocked_for_certain = blocked_for_certain || (answer.certain && !answer.visible);
-        blocked_by_bvh += object.is<format::BvhView>() && !answer.visible;
+        blocked_by_bvh += object.is<kernels::TrianglesField>() && !answer.visible;
       }
       // Rays from afar may be kept from an object by its box alone; none of these starts that far away.
       ASSERT_EQ(answers.visible[i] != 0, visible) << "ray " << i;
@@ -73,7 +73,7 @@ TEST_P(RuntimeBvh, IsCertainThroughATransformNearby) {
   const format::AssetView& view = make(3, {.objects = 0, .instances = 0, .bvhs = 1});
   const float turned[12] = {0, -2, 0, 5, 2, 0, 0, 6, 0, 0, 2, 7};
   const NifScene scene = scene_of(load(), 0, turned);
-  const kernels::BvhField& field = view.objects[0].as<format::BvhView>().field;
+  const kernels::TrianglesField& field = view.objects[0].as<kernels::TrianglesField>();
   const auto certain = [&](float away) {
     NifRay ray{{5 + away, 6, 7}, 0, {-1, 0.25f, 0.125f}, std::numeric_limits<float>::infinity()};
     return query_all(scene, {ray}).certain[0] != 0;
@@ -90,8 +90,8 @@ TEST_P(RuntimeBvh, SaysWhatItIs) {
   ASSERT_EQ(nifGetObjectInfo(asset, 1, &info), NIF_OK);
   EXPECT_EQ(info.encoding, NIF_ENCODING_BVH);
   EXPECT_STREQ(info.name, "bvh 0");
-  EXPECT_EQ(info.triangles, view.objects[1].as<format::BvhView>().field.triangle_count);
-  EXPECT_GE(info.resident_bytes, view.objects[1].as<format::BvhView>().tree_bytes);
+  EXPECT_EQ(info.triangles, view.objects[1].as<kernels::TrianglesField>().triangle_count);
+  EXPECT_GE(info.resident_bytes, view.objects[1].triangles->tree_bytes);
   ASSERT_EQ(nifGetObjectInfo(asset, 0, &info), NIF_OK);
   EXPECT_EQ(info.encoding, NIF_ENCODING_SEGMENT);
 }

@@ -38,7 +38,7 @@ TEST_P(ThreadFallback, ReplacesUncertainAnswers) {
     ASSERT_EQ(nifAddAsset(scene, load(), nullptr, nullptr, nullptr), NIF_OK);
     ASSERT_EQ(nifCommitScene(scene), NIF_OK);
     Random random(seed);
-    const auto rays = random_rays(random, view.objects[0].as<format::SegmentView>().field, 7001);
+    const auto rays = random_rays(random, view.objects[0].as<kernels::SegmentField>(), 7001);
     const Answers plain = query_all(scene, rays);
     size_t before = 0;
     for (const float confidence : {0.0f, 0.5f, 0.7f, 0.95f, 1.0f, 1.5f}) {

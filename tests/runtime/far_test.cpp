@@ -56,8 +56,7 @@ TEST_F(FarInstances, AreAskedWhereTheFilePutsThem) {
     const NifAsset loaded = load();
     Random random(seed);
     std::vector<NifRay> beside;
-    const std::vector<NifRay> rays =
-        far_rays(random, view.objects[0].as<format::SegmentView>().field, beside);
+    const std::vector<NifRay> rays = far_rays(random, view.objects[0].as<kernels::SegmentField>(), beside);
     const Answers far = query_all(whole(loaded), rays), near = query_all(scene_of(loaded, 0), beside);
     EXPECT_EQ(far.visible, near.visible);
     EXPECT_EQ(far.logit, near.logit);
@@ -84,7 +83,7 @@ TEST_F(FarInstances, AreExactNearTheOriginOnceTheOffsetIsTakenAway) {
   Matrix left = kIdentity;
   for (size_t a = 0; a < 3; ++a) left[4 * a + 3] = view.instances[0].remainder[a];
   Random random(7);
-  const auto rays = random_rays(random, view.objects[0].as<format::SegmentView>().field, 2000);
+  const auto rays = random_rays(random, view.objects[0].as<kernels::SegmentField>(), 2000);
   EXPECT_EQ(query_all(whole(loaded, away.data()), rays), query_all(scene_of(loaded, 0, left.data()), rays));
   NifSceneInfo info{};
   info.struct_size = sizeof(info);
@@ -97,7 +96,7 @@ TEST_F(FarInstances, WorldBoxesAreThoseOfTheExactPlace) {
   NifSceneInfo info{};
   info.struct_size = sizeof(info);
   ASSERT_EQ(nifGetSceneInfo(whole(load()), &info), NIF_OK);
-  const kernels::ObjectBox box = kernels::object_box(view.objects[0].as<format::SegmentView>().field);
+  const kernels::ObjectBox box = kernels::object_box(view.objects[0].as<kernels::SegmentField>());
   for (size_t a = 0; a < 3; ++a) {
     EXPECT_LT(double(info.bounds_min[a]), kAt[a] + double(box.low[a]));
     EXPECT_GT(double(info.bounds_max[a]), kAt[a] + double(box.high[a]));

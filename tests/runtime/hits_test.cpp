@@ -5,7 +5,7 @@
 #include <cstring>
 #include <limits>
 
-#include "kernels/reference/proof/colors.hpp"
+#include "kernels/reference/planes/colors.hpp"
 #include "kernels/reference/scene_hit.hpp"
 #include "tests/runtime/first_hits.hpp"
 #include "tests/runtime/open_answers.hpp"

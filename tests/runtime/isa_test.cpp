@@ -55,7 +55,7 @@ void IsaTest::ask_random_fields(uint64_t first, uint64_t end) {
     const NifAsset asset = load();
     Random random(seed);
     for (uint32_t object = 0; object < 3; ++object) {
-      const kernels::SegmentField& field = view.objects[object].as<format::SegmentView>().field;
+      const kernels::SegmentField& field = view.objects[object].as<kernels::SegmentField>();
       const auto rays = random_rays(random, field, 3000);
       expect_reference(field, rays, query_all(scene_of(asset, object), rays));
     }
@@ -78,7 +78,7 @@ void IsaTest::ask_two_features(uint64_t first, uint64_t end) {
       const NifAsset asset = load();
       Random random(seed);
       for (uint32_t object = 0; object < 2; ++object) {
-        const kernels::SegmentField& field = view.objects[object].as<format::SegmentView>().field;
+        const kernels::SegmentField& field = view.objects[object].as<kernels::SegmentField>();
         const auto rays = random_rays(random, field, 3000);
         const NifScene scene = scene_of(asset, object);
         const Answers answers = query_all(scene, rays);
@@ -92,7 +92,7 @@ void IsaTest::ask_two_features(uint64_t first, uint64_t end) {
         for (size_t i = 0; i < rays.size(); ++i) {
           if (answers.certain[i]) continue;
           const auto [scale, threshold] =
-              view.objects[object].as<format::SegmentView>().field.network.calibration;
+              view.objects[object].as<kernels::SegmentField>().network.calibration;
           const double log_odds = double(answers.logit[i] + threshold) * scale;
           ASSERT_NEAR(answers.probability[i], 1 / (1 + std::exp(-log_odds)), 1e-5) << "ray " << i;
         }
@@ -110,7 +110,7 @@ TEST_P(IsaTest, RaysThroughPlanesAndCorners) {
   for (uint64_t seed = 0; seed < 40; ++seed) {
     const format::AssetView& view = make(seed, {.objects = 1, .instances = 0, .max_voxels = 30});
     const NifScene scene = scene_of(load(), 0);
-    const kernels::SegmentField& field = view.objects[0].as<format::SegmentView>().field;
+    const kernels::SegmentField& field = view.objects[0].as<kernels::SegmentField>();
     Random random(seed);
     std::vector<NifRay> rays(4000);
     for (NifRay& ray : rays) {
@@ -134,7 +134,7 @@ TEST_P(IsaTest, ManyRuns) {
   Random random(1);
   file_ = format::encode(asset_of_a_row(1));
   view_ = std::make_unique<format::AssetView>(format::read_asset(file_, "file"));
-  const kernels::SegmentField& field = view_->objects[0].as<format::SegmentView>().field;
+  const kernels::SegmentField& field = view_->objects[0].as<kernels::SegmentField>();
 
   const auto walk = std::make_unique<kernels::Walk>();
   const std::vector<NifRay> rays = rays_in_a_row(random, field, 6000);
@@ -156,21 +156,21 @@ TEST_P(IsaTest, RaysThatAreNone) {
   const format::AssetView& view = make(5, {.objects = 1, .instances = 0, .max_voxels = 14});
   const NifScene scene = scene_of(load(), 0);
   Random random(1);
-  auto rays = random_rays(random, view.objects[0].as<format::SegmentView>().field, 20000);
+  auto rays = random_rays(random, view.objects[0].as<kernels::SegmentField>(), 20000);
   for (NifRay& ray : rays) {
     float* members[] = {&ray.origin[0],    &ray.origin[1],    &ray.origin[2],    &ray.tmin,
                         &ray.direction[0], &ray.direction[1], &ray.direction[2], &ray.tmax};
     for (uint32_t k = random.below(4); k > 0; --k)
       *members[random.below(8)] = odd[random.below(std::size(odd))];
   }
-  expect_reference(view.objects[0].as<format::SegmentView>().field, rays, query_all(scene, rays));
+  expect_reference(view.objects[0].as<kernels::SegmentField>(), rays, query_all(scene, rays));
 }
 
 TEST_P(IsaTest, AnyBatchAndAlignment) {
   const format::AssetView& view = make(7, {.objects = 1, .instances = 0, .max_voxels = 30});
   const NifScene scene = scene_of(load(), 0);
   Random random(7);
-  const auto rays = random_rays(random, view.objects[0].as<format::SegmentView>().field, 2600);
+  const auto rays = random_rays(random, view.objects[0].as<kernels::SegmentField>(), 2600);
   const Answers whole = query_all(scene, rays);
   for (const size_t count : {1, 2, 3, 4, 5, 8, 15, 16, 17, 31, 63, 65, 127, 1023, 1024, 1025, 2049, 2600}) {
     // One byte off any alignment, in structures of an odd size.

@@ -109,7 +109,7 @@ class ThreadJobs : public RuntimeTest {
     RuntimeTest::SetUp();
     const format::AssetView& view = make(1);
     Random random(1);
-    rays_ = random_rays(random, view.objects[0].as<format::SegmentView>().field, 20001);
+    rays_ = random_rays(random, view.objects[0].as<kernels::SegmentField>(), 20001);
     expected_ = std::make_unique<Answers>(query_all(whole_asset(load()), rays_));
   }
   /// The asset's own instances, of a device of the test's.

@@ -25,7 +25,7 @@ class ManyInstances : public RuntimeTest {
       const size_t k = views_.size() - assets + random.below(uint32_t(assets));
       const uint32_t object = random.below(uint32_t(views_[k]->objects.size()));
       const Matrix transform = random_transform(random, spread);
-      plain_.add(views_[k]->objects[object].as<format::SegmentView>().field, transform);
+      plain_.add(views_[k]->objects[object].as<kernels::SegmentField>(), transform);
       ASSERT_EQ(
           nifAddInstance(scene_, loaded[k - (views_.size() - assets)], object, transform.data(), nullptr),
           NIF_OK);
@@ -135,7 +135,7 @@ TEST_F(ManyInstances, AddedAndMovedBetweenCommits) {
       ASSERT_EQ(nifSetInstanceTransform(scene_, moved, there.data()), NIF_OK);
       plain_.set_transform(moved, there);
       ASSERT_EQ(nifAddInstance(scene_, asset, 1, there.data(), nullptr), NIF_OK);
-      plain_.add(views_.back()->objects[1].as<format::SegmentView>().field, there);
+      plain_.add(views_.back()->objects[1].as<kernels::SegmentField>(), there);
       ASSERT_EQ(nifSetInstanceTransform(scene_, 49, elsewhere.data()), NIF_OK);
       plain_.set_transform(49, elsewhere);
     }
@@ -160,13 +160,13 @@ TEST_F(ManyInstances, OddArrangements) {
       if (arrangement == 2) transform[7] = std::ldexp(1.0f, i % 120);  // one inside the other in the tree
       if (arrangement == 3) transform[0] = transform[5] = std::ldexp(1.0f, i % 126);
       if (arrangement == 4) transform[11] = (i % 2 ? 3e38f : -3e38f), transform[10] = 1e38f;
-      plain.add(view.objects[0].as<format::SegmentView>().field, transform);
+      plain.add(view.objects[0].as<kernels::SegmentField>(), transform);
       ASSERT_EQ(nifAddInstance(scene, asset, 0, transform.data(), nullptr), NIF_OK);
     }
     ASSERT_EQ(nifCommitScene(scene), NIF_OK);
     Random random(71);
     auto rays = rays_in_cube(random, 10, 300);
-    for (const NifRay& ray : random_rays(random, view.objects[0].as<format::SegmentView>().field, 300))
+    for (const NifRay& ray : random_rays(random, view.objects[0].as<kernels::SegmentField>(), 300))
       rays.push_back(ray);
     EXPECT_EQ(query_all(scene, rays), plain.ask(rays));
     for (uint32_t i = 0; i < 333; ++i)

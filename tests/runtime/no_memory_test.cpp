@@ -191,7 +191,7 @@ TEST(NoMemoryInTheRuntime, EveryCallSaysSoAndTheNextWorks) {
       folder.write("a.nif", {reinterpret_cast<const char*>(file.data()), file.size()}).string();
   Random random(5);
   const format::AssetView view = format::read_asset(file, "file");
-  const std::vector<NifRay> rays = random_rays(random, view.objects[0].as<format::SegmentView>().field, 200);
+  const std::vector<NifRay> rays = random_rays(random, view.objects[0].as<kernels::SegmentField>(), 200);
   std::vector<uint8_t> expected;
   for (const char* config : {"threads=1", "threads=2"}) {
     for (const bool own_allocator : {true, false}) {

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <limits>
 
-#include "formats/nif/exact/encoding.hpp"
-#include "kernels/reference/exact/query.hpp"
+#include "formats/nif/parts.hpp"
+#include "kernels/reference/encodings/exact.hpp"
 #include "kernels/reference/instance.hpp"
 #include "tests/runtime/open_answers.hpp"
 #include "tests/support/query_object.hpp"
@@ -121,13 +121,13 @@ TEST(OpenParts, HaveAllThatTrianglesCanBlock) {
   uint64_t open = 0, blocked = 0;
   for (uint64_t seed = 0; seed < 200; ++seed) {
     Random random(seed);
-    const format::ExactData data = random_exact(random, 9);
-    const kernels::ExactField field = format::field_of(data);
+    const RandomExact data = random_exact(random, 9);
+    const kernels::ExactField field = data.field();
     for (int i = 0; i < 500; ++i) {
       const kernels::Segment segment = random_segment(random, field);
       kernels::OpenInterval part;
-      const kernels::Answer answer = kernels::prove(field.proof, segment, part);
-      const bool visible = kernels::query(field.bvh, segment).visible;
+      const kernels::Answer answer = kernels::prove(field.planes, segment, part);
+      const bool visible = kernels::query(field.triangles, segment).visible;
       if (answer.certain) {
         ASSERT_EQ(answer.visible, visible);
         continue;
@@ -135,7 +135,7 @@ TEST(OpenParts, HaveAllThatTrianglesCanBlock) {
       kernels::Segment narrowed = segment;
       narrowed.tmin = part.begin;
       narrowed.tmax = part.end;
-      ASSERT_EQ(kernels::query(field.bvh, narrowed).visible, visible);
+      ASSERT_EQ(kernels::query(field.triangles, narrowed).visible, visible);
       ++open;
       blocked += !visible;
     }

@@ -21,7 +21,7 @@ TEST_F(Outputs, EqualTheReference) {
     const NifAsset asset = load();
     Random random(seed);
     for (uint32_t object = 0; object < view.objects.size(); ++object) {
-      const kernels::SegmentField& field = view.objects[object].as<format::SegmentView>().field;
+      const kernels::SegmentField& field = view.objects[object].as<kernels::SegmentField>();
       const auto rays = random_rays(random, field, 1003);
       const Answers answers = query_all(scene_of(asset, object), rays);
       for (size_t i = 0; i < rays.size(); ++i) {
@@ -57,7 +57,7 @@ TEST_F(Outputs, DoNotDependOnEachOther) {
   ASSERT_EQ(nifAddAsset(scene, load(), nullptr, nullptr, nullptr), NIF_OK);
   ASSERT_EQ(nifCommitScene(scene), NIF_OK);
   Random random(20);
-  const auto rays = random_rays(random, view.objects[0].as<format::SegmentView>().field, 777);
+  const auto rays = random_rays(random, view.objects[0].as<kernels::SegmentField>(), 777);
   const Answers all = query_all(scene, rays);
   for (int alone = 0; alone < 5; ++alone) {
     Answers answers(rays.size());
@@ -97,7 +97,7 @@ TEST_F(Outputs, EveryLayout) {
   const format::AssetView& view = make(21);
   const NifScene scene = scene_of(load(), 0);
   Random random(21);
-  const auto rays = random_rays(random, view.objects[0].as<format::SegmentView>().field, 301);
+  const auto rays = random_rays(random, view.objects[0].as<kernels::SegmentField>(), 301);
   const Answers expected = query_all(scene, rays);
   const auto check = [&](NifRays query) {
     Answers answers(rays.size());
@@ -160,7 +160,7 @@ TEST_F(Outputs, SharedValuesAndDefaults) {
   const format::AssetView& view = make(22);
   const NifScene scene = scene_of(load(), 0);
   Random random(22);
-  auto rays = random_rays(random, view.objects[0].as<format::SegmentView>().field, 200);
+  auto rays = random_rays(random, view.objects[0].as<kernels::SegmentField>(), 200);
   const NifRay first = rays[0];
   for (NifRay& ray : rays) {
     std::copy_n(first.direction, 3, ray.direction);
@@ -182,7 +182,7 @@ TEST_F(Outputs, UnalignedOutputs) {
   const format::AssetView& view = make(23);
   const NifScene scene = scene_of(load(), 0);
   Random random(23);
-  const auto rays = random_rays(random, view.objects[0].as<format::SegmentView>().field, 50);
+  const auto rays = random_rays(random, view.objects[0].as<kernels::SegmentField>(), 50);
   const Answers expected = query_all(scene, rays);
   std::vector<char> memory(1 + 4 * rays.size());
   NifRays query = nifMakeRays(rays.data(), rays.size());
@@ -201,7 +201,7 @@ TEST_F(Outputs, FloatingPointEnvironment) {
   const NifAsset asset = load();
   const std::array<float, 12> transform{0.3f, 0.1f, 0, 7, -0.2f, 1.7f, 0.1f, 0, 0, 0.4f, 0.9f, 1};
   Random random(24);
-  const auto rays = random_rays(random, view.objects[0].as<format::SegmentView>().field, 2000);
+  const auto rays = random_rays(random, view.objects[0].as<kernels::SegmentField>(), 2000);
   const NifScene before = scene_of(asset, 0, transform.data());
   const Answers expected = query_all(before, rays);
   for (const int rounding : {FE_UPWARD, FE_DOWNWARD, FE_TOWARDZERO}) {

@@ -12,7 +12,7 @@ using Matrix = std::array<float, 12>;
 class PlainScene {
  public:
   void add(const kernels::SegmentField& field, const Matrix& transform) {
-    instances_.push_back({&field, transform});
+    instances_.push_back({field, transform});
   }
   void set_transform(size_t instance, const Matrix& transform) { instances_[instance].transform = transform; }
 
@@ -37,26 +37,26 @@ class PlainScene {
 
  private:
   struct Placed {
-    const kernels::SegmentField* field;
+    kernels::SegmentField field;
     Matrix transform;
   };
 
   void ask_instance(const Placed& placed, const kernels::Segment& ray, const kernels::BoxRay& box_ray,
                     kernels::CombinedAnswer& combined) const {
     const float* transform = placed.transform.data();
-    const auto box = kernels::world_box(kernels::object_box(*placed.field), transform);
+    const auto box = kernels::world_box(kernels::object_box(placed.field), transform);
     if (instances_.size() > 1 && !kernels::may_meet(box, ray, box_ray)) return;
     kernels::WorldToObject to_object;
     bool good;
     ASSERT_TRUE(kernels::invert(transform, to_object, good));
     const bool identity = placed.transform == kIdentity;
     const kernels::Segment local = identity ? ray : kernels::to_object(to_object, ray);
-    const kernels::Answer answer = kernels::query(*placed.field, local);
+    const kernels::Answer answer = kernels::query(placed.field, local);
     const bool certain =
         answer.certain &&
         (identity || ray.tmin > ray.tmax ||
-         (good && kernels::stays_certain(to_object, kernels::reach_scale(*placed.field), ray, local)));
-    combined.add(answer.logit, certain, placed.field->network.calibration, true);
+         (good && kernels::stays_certain(to_object, kernels::reach_scale(placed.field), ray, local)));
+    combined.add(answer.logit, certain, placed.field.network.calibration, true);
   }
 
   std::vector<Placed> instances_;

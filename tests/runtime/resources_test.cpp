@@ -68,7 +68,7 @@ class ThreadResources : public RuntimeTest, public testing::WithParamInterface<c
     }
     ASSERT_EQ(nifCommitScene(all), NIF_OK);
     Random random(1);
-    rays_ = random_rays(random, view.objects[0].as<format::SegmentView>().field, 10001);
+    rays_ = random_rays(random, view.objects[0].as<kernels::SegmentField>(), 10001);
   }
 
   /// Every kind of query, none of which fails.

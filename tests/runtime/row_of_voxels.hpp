@@ -11,7 +11,8 @@ namespace nif::test {
 /// The network is random.
 inline format::Asset asset_of_a_row(uint64_t seed) {
   format::Asset asset = random_asset(seed, {.objects = 1, .instances = 0, .features = 2});
-  format::SegmentData& row = asset.objects[0].as<format::SegmentData>();
+  format::PlanesData& row = *asset.objects[0].planes;
+  format::NetworkData& network = *asset.objects[0].network;
   row.voxels = {kernels::kMaxVoxels, 1, 1};
   row.levels = 0;
   row.brick_table.clear();
@@ -20,10 +21,10 @@ inline format::Asset asset_of_a_row(uint64_t seed) {
   for (uint32_t b = 0; b < bricks; ++b) row.brick_table.push_back(uint16_t(kernels::kFirstMixedBrick + b));
   row.brick_table.push_back(kernels::kBrickOutside);
   row.brick_states.assign(bricks, {0b1111, 0b1010});
-  row.brick_corners.assign(bricks, 0);
-  row.corner_base.assign(bricks, 0);
-  row.corners = 0;
-  row.features.clear();
+  network.brick_corners.assign(bricks, 0);
+  network.corner_base.assign(bricks, 0);
+  network.corners = 0;
+  network.features.clear();
   format::leave_bare(row);
   return asset;
 }

@@ -35,7 +35,7 @@ TEST_F(Scenes, TransformsKeepAnswers) {
     const format::AssetView& view = make(seed);
     const NifAsset asset = load();
     Random random(seed);
-    const auto rays = random_rays(random, view.objects[0].as<format::SegmentView>().field, 1000);
+    const auto rays = random_rays(random, view.objects[0].as<kernels::SegmentField>(), 1000);
     const Answers plain = query_all(scene_of(asset, 0), rays);
     for (const Matrix& transform : transforms) {
       std::vector<NifRay> world;
@@ -56,7 +56,7 @@ TEST_F(Scenes, GeneralTransformsAlmostKeepAnswers) {
     Random random(seed);
     Matrix transform = kIdentity;
     for (size_t k = 0; k < 12; ++k) transform[k] += random.between(-0.4f, 0.4f) + (k % 4 == 3 ? 50.0f : 0.0f);
-    const auto rays = random_rays(random, view.objects[1].as<format::SegmentView>().field, 1000);
+    const auto rays = random_rays(random, view.objects[1].as<kernels::SegmentField>(), 1000);
     std::vector<NifRay> world;
     for (const NifRay& ray : rays) world.push_back(moved(ray, transform));
     const Answers plain = query_all(scene_of(asset, 1), rays);
@@ -75,7 +75,7 @@ TEST_F(Scenes, NothingIsCertainWherePrecisionIsLost) {
   const format::AssetView& view = make(3);
   const NifAsset asset = load();
   Random random(3);
-  const auto rays = random_rays(random, view.objects[0].as<format::SegmentView>().field, 500);
+  const auto rays = random_rays(random, view.objects[0].as<kernels::SegmentField>(), 500);
   const auto certain_with = [&](const Matrix& transform, const Matrix& of_rays) {
     std::vector<NifRay> world;
     for (const NifRay& ray : rays) world.push_back(moved(ray, of_rays));
@@ -103,8 +103,8 @@ TEST_F(Scenes, SeveralInstancesCombine) {
     std::vector<NifScene> single;
     for (uint32_t object = 0; object < view.objects.size(); ++object) {
       // All at the same place and about the same size, so that many rays meet several.
-      const kernels::SegmentField &field = view.objects[object].as<format::SegmentView>().field,
-                                  &first = view.objects[0].as<format::SegmentView>().field;
+      const kernels::SegmentField &field = view.objects[object].as<kernels::SegmentField>(),
+                                  &first = view.objects[0].as<kernels::SegmentField>();
       const float scale = std::exp2(std::round(std::log2(field.voxels_per_unit / first.voxels_per_unit)));
       const Matrix transform{scale, 0,     0,     first.origin[0] - scale * field.origin[0],
                              0,     scale, 0,     first.origin[1] - scale * field.origin[1],
@@ -114,7 +114,7 @@ TEST_F(Scenes, SeveralInstancesCombine) {
     }
     ASSERT_EQ(nifCommitScene(whole), NIF_OK);
     Random random(seed);
-    const auto rays = random_rays(random, view.objects[0].as<format::SegmentView>().field, 500);
+    const auto rays = random_rays(random, view.objects[0].as<kernels::SegmentField>(), 500);
     const Answers answers = query_all(whole, rays);
     std::vector<Answers> alone;
     for (const NifScene scene : single) alone.push_back(query_all(scene, rays));
@@ -201,7 +201,7 @@ TEST(BoxRule, TheEndsOfTheFloatsAreNoWalls) {
 /// triangle stops, wherever it starts and however slow it is, is not certain to be visible among others.
 TEST_F(Scenes, NoBoxIsMissedForWantOfNumbers) {
   const format::AssetView& view = make(0, {.objects = 1, .instances = 0, .bvhs = 1});
-  const kernels::BvhField& field = view.objects[1].as<format::BvhView>().field;
+  const kernels::TrianglesField& field = view.objects[1].as<kernels::TrianglesField>();
   const NifAsset asset = load();
   Random random(5);
   uint64_t stopped = 0, proven = 0;
@@ -267,7 +267,7 @@ TEST_F(Scenes, WholeAssets) {
   ASSERT_EQ(nifCommitScene(whole), NIF_OK);
   ASSERT_EQ(nifCommitScene(parts), NIF_OK);
   Random random(5);
-  const auto rays = random_rays(random, view.objects[2].as<format::SegmentView>().field, 500);
+  const auto rays = random_rays(random, view.objects[2].as<kernels::SegmentField>(), 500);
   EXPECT_EQ(query_all(whole, rays), query_all(parts, rays));
 
   // Without instances of its own, each object once.
@@ -294,7 +294,7 @@ TEST_F(Scenes, AnAssetThatPlacesNothing) {
   EXPECT_EQ(count, 0u);
   ASSERT_EQ(nifCommitScene(scene), NIF_OK);
   Random random(6);
-  const auto rays = random_rays(random, view.objects[0].as<format::SegmentView>().field, 50);
+  const auto rays = random_rays(random, view.objects[0].as<kernels::SegmentField>(), 50);
   const Answers answers = query_all(scene, rays);
   EXPECT_EQ(std::count(answers.visible.begin(), answers.visible.end(), 1), 50);
   ASSERT_EQ(nifAddInstance(scene, asset, 1, nullptr, nullptr), NIF_OK) << "its objects are there";
@@ -305,7 +305,7 @@ TEST_F(Scenes, MovingAnInstance) {
   const NifAsset asset = load();
   const Matrix there{0, -1, 0, 2, 1, 0, 0, 0, 0, 0, 3, 0};
   Random random(7);
-  const auto rays = random_rays(random, view.objects[0].as<format::SegmentView>().field, 500);
+  const auto rays = random_rays(random, view.objects[0].as<kernels::SegmentField>(), 500);
   const NifScene scene = scene_of(asset, 0);
   const Answers at_home = query_all(scene, rays);
   ASSERT_EQ(nifSetInstanceTransform(scene, 0, there.data()), NIF_OK);
@@ -334,7 +334,7 @@ TEST_F(Scenes, BoundsAndBytes) {
   EXPECT_EQ(info.instance_count, 1000u);
   EXPECT_LT(info.resident_bytes, 1000 * 2 * 128u);
   // The box (here that of the grid, too) and an eighth of a voxel.
-  const float margin = 0.125f / view.objects[0].as<format::SegmentView>().field.voxels_per_unit;
+  const float margin = 0.125f / view.objects[0].as<kernels::SegmentField>().voxels_per_unit;
   EXPECT_FLOAT_EQ(info.bounds_min[0], -2 * (view.objects[0].aabb_max[0] + margin) + 1);
   EXPECT_FLOAT_EQ(info.bounds_max[0], -2 * (view.objects[0].aabb_min[0] - margin) + 1);
   EXPECT_FLOAT_EQ(info.bounds_max[1], view.objects[0].aabb_max[1] + margin);

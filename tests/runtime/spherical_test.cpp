@@ -28,7 +28,7 @@ TEST_P(RuntimeSpherical, AnswersAsTheReference) {
     const NifAsset asset = load();
     Random random(seed);
     for (uint32_t object = 0; object < 3; ++object) {
-      const kernels::SphericalField& field = view.objects[object].as<format::SphericalView>().field;
+      const kernels::SphericalField& field = view.objects[object].as<kernels::SphericalField>();
       std::vector<NifRay> rays;
       while (rays.size() < 3000) rays.push_back(to_ray(random_segment(random, field)));
       const Answers answers = query_all(scene_of(asset, object), rays);
@@ -57,7 +57,7 @@ TEST_P(RuntimeSpherical, AnyBatch) {
   Random random(3);
   std::vector<NifRay> rays;
   while (rays.size() < 2600)
-    rays.push_back(to_ray(random_segment(random, view.objects[0].as<format::SphericalView>().field)));
+    rays.push_back(to_ray(random_segment(random, view.objects[0].as<kernels::SphericalField>())));
   const Answers whole = query_all(scene, rays);
   for (const size_t count : {1, 2, 3, 5, 15, 16, 17, 31, 33, 63, 65, 1023, 1024, 1025, 2049}) {
     const std::vector<NifRay> last(rays.end() - ptrdiff_t(count), rays.end());
@@ -88,7 +88,7 @@ TEST_P(RuntimeSpherical, SharesASceneWithOthers) {
         for (const float x : rays[i].origin)
           in_reach = in_reach &&
                      !(std::abs(x) * kernels::reach_scale(format::field_of(object)) > kernels::kCertainReach);
-        blocked_by_spherical += object.is<format::SphericalView>() && !answer.visible;
+        blocked_by_spherical += object.is<kernels::SphericalField>() && !answer.visible;
       }
       // From farther away a ray that passes beside a box may ask the network where the object is alone,
       // because the box is grown by what rounding may be, and be kept from it by the box in a scene.

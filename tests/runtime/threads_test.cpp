@@ -16,7 +16,7 @@ TEST_F(Threads, QueryOneScene) {
   ASSERT_EQ(nifAddAsset(scene, load(), nullptr, nullptr, nullptr), NIF_OK);
   ASSERT_EQ(nifCommitScene(scene), NIF_OK);
   Random random(1);
-  const auto rays = random_rays(random, view.objects[0].as<format::SegmentView>().field, 2000);
+  const auto rays = random_rays(random, view.objects[0].as<kernels::SegmentField>(), 2000);
   const Answers expected = query_all(scene, rays);
   std::atomic<int> wrong = 0;
   std::vector<std::thread> threads;
@@ -32,7 +32,7 @@ TEST_F(Threads, ShareDeviceAndAsset) {
   const format::AssetView& view = make(2);
   const NifAsset shared = load();
   Random random(2);
-  const auto rays = random_rays(random, view.objects[0].as<format::SegmentView>().field, 200);
+  const auto rays = random_rays(random, view.objects[0].as<kernels::SegmentField>(), 200);
   const Answers expected = query_all(scene_of(shared, 0), rays);
   std::atomic<int> wrong = 0;
   std::vector<std::thread> threads;

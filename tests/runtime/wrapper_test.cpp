@@ -26,7 +26,7 @@ TEST_F(Wrapper, LoadsAndQueries) {
   scene.commit();
   EXPECT_EQ(copy.info().committed, 1u);
   Random random(1);
-  const auto rays = random_rays(random, view.objects[0].as<format::SegmentView>().field, 99);
+  const auto rays = random_rays(random, view.objects[0].as<kernels::SegmentField>(), 99);
   const Answers expected = query_all(scene.get(), rays);
   Answers answers(rays.size());
   copy.query(rays, nifkit::Answers()

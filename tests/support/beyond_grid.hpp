@@ -15,33 +15,18 @@ namespace nif::test {
 
 struct BeyondGrid {
   const char* encoding;
-  uint32_t occupancy;  ///< the section that has the bricks
   RandomAssetOptions one_object;
-  const char* sentence;  ///< why the file is refused, behind its name
 };
-inline const BeyondGrid kBeyondGrid[] = {
-    {"segment",
-     format::kOccupancy,
-     {.objects = 1, .instances = 1, .features = 2},
-     "section SEGM, record 0: brick_states has a voxel beyond the grid"},
-    {"exact",
-     format::kExactOccupancy,
-     {.objects = 0, .instances = 1, .exacts = 1},
-     "section EXCT, record 0: brick_states has a voxel beyond the grid"},
-    {"proof",
-     format::kProofOccupancy,
-     {.objects = 0, .instances = 1, .proofs = 1},
-     "section PROF, record 0: brick_states has a voxel beyond the grid"}};
-
-inline format::ProofData& grid_of(format::Object& object) {
-  if (auto* exact = std::get_if<format::ExactData>(&object.content)) return exact->proof;
-  if (auto* segment = std::get_if<format::SegmentData>(&object.content)) return *segment;
-  return object.as<format::ProofData>();
-}
+/// Why the file is refused, behind its name.
+inline constexpr const char* kBeyondGridSentence =
+    "section PLAN, record 0: brick_states has a voxel beyond the grid";
+inline const BeyondGrid kBeyondGrid[] = {{"segment", {.objects = 1, .instances = 1, .features = 2}},
+                                         {"exact", {.objects = 0, .instances = 1, .exacts = 1}},
+                                         {"proof", {.objects = 0, .instances = 1, .proofs = 1}}};
 
 /// Moves one surface voxel of a brick, the last that allows it, to a place beyond the grid. None where no
 /// brick has both; else the number of the mixed brick.
-inline std::optional<size_t> move_beyond(format::ProofData& grid) {
+inline std::optional<size_t> move_beyond(format::PlanesData& grid) {
   const uint32_t across = format::bricks_for(grid.voxels[0]), down = format::bricks_for(grid.voxels[1]);
   for (size_t number = grid.brick_table.size(); number-- > 0;) {
     if (grid.brick_table[number] < kernels::kFirstMixedBrick) continue;
@@ -72,10 +57,10 @@ inline FileBeyondGrid file_beyond_grid(const BeyondGrid& kind) {
   for (uint64_t seed = 1;; ++seed) {
     FileBeyondGrid file{random_asset(seed, kind.one_object), {}, {}};
     file.good = file.bad = format::encode(file.asset);
-    format::ProofData& grid = grid_of(file.asset.objects[0]);
+    format::PlanesData& grid = *file.asset.objects[0].planes;
     const std::optional<size_t> brick = move_beyond(grid);
     if (!brick) continue;
-    const uint64_t at = section_entry(file.bad, find_section(file.bad, kind.occupancy)).offset +
+    const uint64_t at = section_entry(file.bad, find_section(file.bad, format::kOccupancy)).offset +
                         *brick * sizeof(kernels::BrickStates);
     store(file.bad, at, grid.brick_states[*brick]);
     fix_checksums(file.bad);

@@ -4,17 +4,17 @@
 
 #include <algorithm>
 
-#include "formats/nif/proof/data.hpp"
-#include "kernels/reference/proof/cells.hpp"
+#include "formats/nif/planes/part.hpp"
+#include "kernels/reference/planes/cells.hpp"
 
 namespace nif::test {
 
 /// Changes the words of a grid; null: they stay right.
-using CellFlaw = void (*)(format::ProofData& data);
+using CellFlaw = void (*)(format::PlanesData& data);
 
 /// Replaces each word with planes by `change` of it.
 template <class Change>
-void change_planes(format::ProofData& data, const Change& change) {
+void change_planes(format::PlanesData& data, const Change& change) {
   for (std::vector<uint32_t>* words : {&data.voxel_records, &data.parts})
     for (uint32_t& word : *words)
       if (kernels::word_kind(word) != kernels::kLink) word = change(word);
@@ -25,12 +25,12 @@ inline uint32_t with_kind(uint32_t word, const kernels::CellKind& kind) {
 }
 
 /// Every cell is a wall.
-inline void walls_everywhere(format::ProofData& data) {
+inline void walls_everywhere(format::PlanesData& data) {
   change_planes(data, [](uint32_t word) { return with_kind(word, {0, 0, true}); });
 }
 
 /// Planes are moved towards one another, each by a tenth of its cell or a little more.
-inline void narrow_planes(format::ProofData& data) {
+inline void narrow_planes(format::PlanesData& data) {
   change_planes(data, [](uint32_t word) {
     constexpr uint32_t kTenth = 20;
     const uint32_t lower = std::min(kernels::lower_place(word) + kTenth, kernels::kPlanePlaces - 1),
@@ -41,7 +41,7 @@ inline void narrow_planes(format::ProofData& data) {
 }
 
 /// Sides of which nothing is known are called inside.
-inline void pockets_inside(format::ProofData& data) {
+inline void pockets_inside(format::PlanesData& data) {
   change_planes(data, [](uint32_t word) {
     kernels::CellKind kind = kernels::kCellKinds[kernels::word_kind(word)];
     for (uint32_t* side : {&kind.above, &kind.below})

@@ -10,13 +10,13 @@ namespace nif::test {
 inline format::Asset many_objects(uint32_t count) {
   Random random(1);
   format::Asset asset;
-  asset.networks.resize(1);
+  asset.mlps.resize(1);
   const uint32_t inputs = kernels::input_count(4, 1);
   for (const auto& [in, out] : {std::pair{inputs, kernels::kMaxWidth},
                                 {kernels::kMaxWidth, kernels::kMaxWidth},
                                 {kernels::kMaxWidth, kernels::kMaxWidth},
                                 {kernels::kMaxWidth, 1u}})
-    asset.networks[0].layers.push_back(
+    asset.mlps[0].layers.push_back(
         {in, out, 0, std::vector<int32_t>(out), std::vector<int8_t>(size_t(in) * out, 1)});
   asset.spherical_networks.resize(1);
   format::SphericalNetworks& networks = asset.spherical_networks[0];
@@ -27,12 +27,13 @@ inline format::Asset many_objects(uint32_t count) {
     layers->weights.assign(kernels::spherical_weights(layers->inputs, layers->width, layers->hidden_layers),
                            1);
 
-  format::SegmentData segment;
-  segment.voxels = {1, 1, 1};
-  segment.voxels_per_unit = 1;
-  segment.brick_table = {kernels::kBrickInside};
-  segment.features_per_corner = 1;
-  segment.samples = 4;
+  format::PlanesData planes;
+  planes.voxels = {1, 1, 1};
+  planes.voxels_per_unit = 1;
+  planes.brick_table = {kernels::kBrickInside};
+  format::NetworkData network;
+  network.features_per_corner = 1;
+  network.samples = 4;
   format::SphericalData spherical;
   format::SphericalGrids& grids = spherical.grids;
   grids.half = true;
@@ -42,7 +43,7 @@ inline format::Asset many_objects(uint32_t count) {
        {&grids.outer_position, &grids.outer_direction, &grids.inner_position, &grids.inner_direction})
     values->assign(4, 0);
   grids.distance.assign(2, 0);
-  const format::Bvh bvh = random_bvh(random, 1);
+  const format::TrianglesData bvh = random_bvh(random, 1);
   format::Primary primary;
   primary.resolution = 2;
   primary.features = 1;
@@ -54,9 +55,9 @@ inline format::Asset many_objects(uint32_t count) {
   for (uint32_t i = 0; i < count; ++i) {
     format::Object& object = asset.objects.emplace_back();
     object.aabb_max = {1, 1, 1};
-    if (i % 3 == 0) object.content = segment;
-    if (i % 3 == 1) object.content = spherical;
-    if (i % 3 == 2) object.content = bvh;
+    if (i % 3 == 0) object.planes = planes, object.network = network;
+    if (i % 3 == 1) object.spherical = spherical;
+    if (i % 3 == 2) object.triangles = bvh;
     if (i % 10 == 0) object.primary = primary;
     format::Instance& instance = asset.instances.emplace_back();
     instance.object = i;

@@ -4,9 +4,9 @@
 
 #include <memory>
 
+#include "bake/network/corners.hpp"
 #include "bake/oracle/prepare.hpp"
-#include "bake/proof/cells.hpp"
-#include "bake/segment/corners.hpp"
+#include "bake/planes/cells.hpp"
 #include "tests/support/cell_flaws.hpp"
 
 namespace nif::test {
@@ -25,9 +25,8 @@ struct OccupiedObject {
   bake::Prepared prepared;
   bake::Occupancy occupancy;
   bake::CellCounts cells;
-  format::SegmentData data;
-  format::Network network;  // without layers
-  kernels::SegmentField field;
+  format::Object object;        ///< its planes and its network, whose features are zero
+  kernels::SegmentField field;  ///< without layers
   std::unique_ptr<bake::GroundTruth> truth;
 
   OccupiedObject(mesh::Mesh source, uint32_t resolution, const CellOptions& options = {})
@@ -35,14 +34,17 @@ struct OccupiedObject {
     const bake::Grid grid = bake::make_grid(prepared.box, resolution, options.levels);
     const bake::SurfaceVoxels surface = bake::voxelize(grid, prepared.surface, options.padding);
     occupancy = bake::classify(grid, prepared.surface, surface.marks, prepared.closed);
-    data.samples = 8;
-    data.length_scale = 8;
-    bake::store_occupancy(occupancy, 2, mesh.name, data);
+    object.name = mesh.name;
+    object.planes.emplace();
+    object.network.emplace();
+    object.network->samples = 8;
+    object.network->length_scale = 8;
+    bake::store_occupancy(occupancy, 2, object);
     const double thickness = options.thickness * prepared.bias * grid.voxels_per_unit * grid.cells();
-    cells = bake::fit_cells(grid, prepared.surface, surface, thickness, mesh.name, data);
-    if (options.flaw) options.flaw(data);
-    if (options.bare) format::leave_bare(data);
-    field = format::field_of(data, network);
+    cells = bake::fit_cells(grid, prepared.surface, surface, thickness, mesh.name, *object.planes);
+    if (options.flaw) options.flaw(*object.planes);
+    if (options.bare) format::leave_bare(*object.planes);
+    field = format::field_of(object, {});
     truth = std::make_unique<bake::GroundTruth>(prepared);
   }
   OccupiedObject(const OccupiedObject&) = delete;

@@ -10,13 +10,22 @@
 #include <string>
 
 #include "formats/nif/asset.hpp"
-#include "formats/nif/proof/sides.hpp"
-#include "kernels/reference/segment/query.hpp"
+#include "formats/nif/planes/sides.hpp"
+#include "kernels/reference/encodings/segment.hpp"
 #include "tests/support/random_bvh.hpp"
 #include "tests/support/random_exact.hpp"
 #include "tests/support/random_spherical.hpp"
 
 namespace nif::test {
+
+/// Bit 0: occupancy and corners, 1: cells, 2: features.
+inline constexpr uint32_t kCodedAll = 7;
+inline void set_coded(uint32_t coded, format::Object& object) {
+  if (object.planes) object.planes->coded = coded & format::kCodedPlanes;
+  if (object.network)
+    object.network->coded =
+        (coded & 1 ? format::kCornersAround : 0u) | (coded & 4 ? format::kCodedFeatures : 0u);
+}
 
 struct RandomAssetOptions {
   uint32_t objects = 3;
@@ -31,7 +40,7 @@ struct RandomAssetOptions {
   uint32_t features = 0;   ///< of each corner; 0: any number
   uint32_t colors = 0;     ///< objects with colours of surface voxels, the first with a grid
   uint32_t sources = 0;    ///< objects with numbers of triangles in a source mesh, the first with a BVH
-  /// PayloadForm: what a file has coded. Features and planes are less random then, else they would take no
+  /// What a file has coded, bits of kCodedAll. Features and planes are less random then, else they would take no
   /// less. Objects of an even number have all sides stated that are proven.
   uint32_t coded = 0;
   bool translations = false;  ///< instances are so far away that floats cannot hold their translations
@@ -39,8 +48,8 @@ struct RandomAssetOptions {
   bool places_nothing = false;  ///< where it has no instances
 };
 
-inline format::Network random_network(Random& random, uint32_t inputs) {
-  format::Network network;
+inline format::Mlp random_network(Random& random, uint32_t inputs) {
+  format::Mlp network;
   network.logit_scale = random.between(1e-4f, 1e-2f);
   const uint32_t hidden = random.below(3);
   for (uint32_t l = 0; l <= hidden; ++l) {
@@ -72,7 +81,7 @@ struct RandomBall {
   }
 };
 
-inline RandomBall random_ball(Random& random, const format::SegmentData& object) {
+inline RandomBall random_ball(Random& random, const format::PlanesData& object) {
   RandomBall ball;
   for (size_t a = 0; a < 3; ++a)
     ball.centre[a] = random.between(0.2f, 0.8f) * static_cast<float>(object.voxels[a]);
@@ -83,7 +92,7 @@ inline RandomBall random_ball(Random& random, const format::SegmentData& object)
 
 /// Voxels inside the ball, outside and between, some of them unknown, and so all of a side that is not to be.
 inline void fill_occupancy(Random& random, const RandomAssetOptions& options, const RandomBall& ball,
-                           RandomSides sides, format::SegmentData& object) {
+                           RandomSides sides, format::PlanesData& object, format::NetworkData& network) {
   using kernels::VoxelState;
   const uint32_t nx = object.voxels[0], ny = object.voxels[1], nz = object.voxels[2];
   const auto state = [&](uint32_t x, uint32_t y, uint32_t z) {
@@ -121,9 +130,9 @@ inline void fill_occupancy(Random& random, const RandomAssetOptions& options, co
       for (uint32_t n = random.below(8); n > 0; --n) corners ^= uint64_t{1} << random.below(64);
     object.brick_table.push_back(uint16_t(kernels::kFirstMixedBrick + object.brick_states.size()));
     object.brick_states.push_back(states);
-    object.brick_corners.push_back(corners);
-    object.corner_base.push_back(object.corners);
-    object.corners += uint32_t(std::popcount(corners));
+    network.brick_corners.push_back(corners);
+    network.corner_base.push_back(network.corners);
+    network.corners += uint32_t(std::popcount(corners));
   }
 }
 
@@ -140,13 +149,13 @@ inline uint32_t random_planes(Random& random, bool similar = false) {
 
 /// Records of surface voxels and their parts. Bare voxels, which join nothing, separate what is outside from
 /// what is inside.
-inline void fill_cells(Random& random, const RandomBall& ball, RandomSides sides, bool all_proven,
-                       const format::Network& network, format::SegmentData& object) {
+inline void fill_cells(Random& random, const RandomBall& ball, RandomSides sides, bool all_proven, bool coded,
+                       format::PlanesData& object) {
   using kernels::VoxelState;
   object.voxel_base.clear();
   object.voxel_records.clear();
   object.parts.clear();
-  const kernels::SegmentField field = format::field_of(object, network);
+  const kernels::PlanesField field = format::field_of(object);
   const auto in_grid = [&](const int32_t(&at)[3]) {
     for (size_t a = 0; a < 3; ++a)
       if (at[a] < 0 || at[a] >= int32_t(field.voxels[a])) return false;
@@ -198,7 +207,7 @@ inline void fill_cells(Random& random, const RandomBall& ball, RandomSides sides
   size_t next = 0, level_end = object.voxel_records.size();
   for (uint32_t level = 0;; ++level, level_end = bare.size()) {
     for (; next < level_end; ++next) {
-      uint32_t word = bare[next] ? kernels::kBareCell : random_planes(random, object.coded != 0);
+      uint32_t word = bare[next] ? kernels::kBareCell : random_planes(random, coded);
       if (level < object.levels && object.parts.size() + 8 <= kernels::kMaxParts &&
           random.below(bare[next] ? 16 : 3) == 0) {
         // A part that is not there joins what is around it.
@@ -214,7 +223,7 @@ inline void fill_cells(Random& random, const RandomBall& ball, RandomSides sides
   }
 
   // Kinds, now that it is clear which sides are proven; not all that is proven need be said.
-  const format::SideRegions regions(format::field_of(object, network));
+  const format::SideRegions regions(format::field_of(object));
   uint32_t record = 0;
   for (std::vector<uint32_t>* words : {&object.voxel_records, &object.parts})
     for (uint32_t& word : *words) {
@@ -227,8 +236,8 @@ inline void fill_cells(Random& random, const RandomBall& ball, RandomSides sides
     }
 }
 
-/// All of an object but its content.
-inline format::Object object_of(const format::Bvh& bvh, const std::string& name) {
+/// All of an object but its parts.
+inline format::Object object_of(const format::TrianglesData& bvh, const std::string& name) {
   format::Object object;
   object.name = name;
   object.aabb_min = object.aabb_max = bvh.vertices[0];
@@ -238,32 +247,32 @@ inline format::Object object_of(const format::Bvh& bvh, const std::string& name)
       object.aabb_max[a] = std::max(object.aabb_max[a], p[a]);
     }
   object.bias = 1e-3f * (object.aabb_max[0] - object.aabb_min[0]);
-  object.triangles = uint32_t(bvh.triangles.size());
+  object.triangle_count = uint32_t(bvh.triangles.size());
   return object;
 }
 
 inline format::Object random_bvh_object(Random& random, const std::string& name) {
-  format::Bvh bvh =
+  format::TrianglesData bvh =
       random_bvh(random, 1 + random.below(60), random.between(-2.0f, 2.0f), random.between(0.5f, 3.0f));
   format::Object object = object_of(bvh, name);
-  object.content = std::move(bvh);
+  object.triangles = std::move(bvh);
   return object;
 }
 
 inline format::Object random_exact_object(Random& random, const RandomAssetOptions& options,
                                           const std::string& name) {
-  format::ExactData exact = random_exact(random, options.max_voxels);
-  exact.proof.coded = options.coded;
-  format::Object object = object_of(exact.bvh, name);
-  object.content = std::move(exact);
+  RandomExact exact = random_exact(random, options.max_voxels);
+  format::Object object = object_of(exact.triangles, name);
+  object.planes = std::move(exact.planes);
+  object.triangles = std::move(exact.triangles);
+  set_coded(options.coded, object);
   return object;
 }
 
 inline format::Object random_proof_object(Random& random, const RandomAssetOptions& options,
                                           const std::string& name) {
   format::Object object = random_exact_object(random, options, name);
-  format::ProofData grid = std::move(object.as<format::ExactData>().proof);
-  object.content = std::move(grid);
+  object.triangles.reset();
   return object;
 }
 
@@ -283,10 +292,8 @@ inline format::SourceTriangles random_source(Random& random, size_t triangles) {
 inline void add_sources(uint64_t seed, uint32_t count, format::Asset& asset) {
   Random random(seed + 0x736f7572);
   for (format::Object& object : asset.objects) {
-    const format::Bvh* bvh = std::get_if<format::Bvh>(&object.content);
-    if (const auto* exact = std::get_if<format::ExactData>(&object.content)) bvh = &exact->bvh;
-    if (!bvh || count == 0) continue;
-    object.source_triangles = random_source(random, bvh->triangles.size());
+    if (!object.triangles || count == 0) continue;
+    object.source_triangles = random_source(random, object.triangles->triangles.size());
     --count;
   }
 }
@@ -306,11 +313,8 @@ inline void move_far_away(uint64_t seed, format::Asset& asset) {
 inline void add_colors(uint64_t seed, uint32_t count, format::Asset& asset) {
   Random random(seed + 0x636f6c6f);
   for (format::Object& object : asset.objects) {
-    const format::ProofData* grid = std::get_if<format::ProofData>(&object.content);
-    if (const auto* segment = std::get_if<format::SegmentData>(&object.content)) grid = segment;
-    if (const auto* exact = std::get_if<format::ExactData>(&object.content)) grid = &exact->proof;
-    if (!grid || count == 0) continue;
-    object.colors.emplace(grid->voxel_records.size());
+    if (!object.planes || count == 0) continue;
+    object.colors.emplace(object.planes->voxel_records.size());
     for (uint16_t& color : *object.colors) color = uint16_t(random.below(0x10000));
     --count;
   }
@@ -322,38 +326,37 @@ inline format::Asset random_asset(uint64_t seed, const RandomAssetOptions& optio
   for (uint32_t i = 0; i < options.objects; ++i) {
     format::Object object;
     object.name = "object " + std::to_string(i) + (i % 2 ? " \u00e9" : "");
-    format::SegmentData segment;
-    for (size_t a = 0; a < 3; ++a) segment.voxels[a] = 1 + random.below(options.max_voxels);
-    segment.voxels_per_unit = random.between(0.5f, 20.0f);
+    format::PlanesData& planes = object.planes.emplace();
+    format::NetworkData& network = object.network.emplace();
+    for (size_t a = 0; a < 3; ++a) planes.voxels[a] = 1 + random.below(options.max_voxels);
+    planes.voxels_per_unit = random.between(0.5f, 20.0f);
     for (size_t a = 0; a < 3; ++a) {
-      segment.origin[a] = random.between(-5.0f, 5.0f);
-      object.aabb_min[a] = segment.origin[a];
-      object.aabb_max[a] =
-          segment.origin[a] + static_cast<float>(segment.voxels[a]) / segment.voxels_per_unit;
+      planes.origin[a] = random.between(-5.0f, 5.0f);
+      object.aabb_min[a] = planes.origin[a];
+      object.aabb_max[a] = planes.origin[a] + static_cast<float>(planes.voxels[a]) / planes.voxels_per_unit;
     }
     object.bias = 1e-3f * (object.aabb_max[0] - object.aabb_min[0]);
-    object.triangles = 100 + random.below(1000);
-    segment.features_per_corner =
+    object.triangle_count = 100 + random.below(1000);
+    network.features_per_corner =
         options.features ? options.features : 1 + random.below(kernels::kMaxFeatures);
-    segment.samples = 4 * (1 + random.below(3));
-    segment.length_scale = random.between(1.0f, 20.0f);
-    segment.levels = random.below(kernels::kMaxLevels + 1);
-    while (options.max_voxels << segment.levels > kernels::kMaxCells) --segment.levels;
-    const RandomBall ball = random_ball(random, segment);
+    network.samples = 4 * (1 + random.below(3));
+    network.length_scale = random.between(1.0f, 20.0f);
+    planes.levels = random.below(kernels::kMaxLevels + 1);
+    while (options.max_voxels << planes.levels > kernels::kMaxCells) --planes.levels;
+    const RandomBall ball = random_ball(random, planes);
     const RandomSides sides = random.below(2)   ? RandomSides::both
                               : random.below(2) ? RandomSides::outside
                                                 : RandomSides::inside;
-    fill_occupancy(random, options, ball, sides, segment);
-    for (uint32_t f = 0; f < segment.corners * segment.features_per_corner; ++f)
-      segment.features.push_back(int8_t(random.between(-127, 127) / (options.coded ? 8 : 1)));
-    segment.network = i;
-    asset.networks.push_back(
-        random_network(random, kernels::input_count(segment.samples, segment.features_per_corner)));
+    fill_occupancy(random, options, ball, sides, planes, network);
+    for (uint32_t f = 0; f < network.corners * network.features_per_corner; ++f)
+      network.features.push_back(int8_t(random.between(-127, 127) / (options.coded ? 8 : 1)));
+    network.mlp = i;
+    asset.mlps.push_back(
+        random_network(random, kernels::input_count(network.samples, network.features_per_corner)));
     // Some answers lean to one side or the other, without taking random numbers of what follows.
-    if (i % 2) format::lean(asset.networks.back(), Random(seed + i).between(-4000, 4000));
-    segment.coded = options.coded;
-    fill_cells(random, ball, sides, options.coded && i % 2 == 0, asset.networks.back(), segment);
-    object.content = std::move(segment);
+    if (i % 2) format::lean(asset.mlps.back(), Random(seed + i).between(-4000, 4000));
+    set_coded(options.coded, object);
+    fill_cells(random, ball, sides, options.coded && i % 2 == 0, options.coded != 0, planes);
     asset.objects.push_back(std::move(object));
   }
   for (uint32_t i = 0; i < options.bvhs; ++i)
@@ -361,9 +364,9 @@ inline format::Asset random_asset(uint64_t seed, const RandomAssetOptions& optio
   for (uint32_t i = 0; i < options.sphericals; ++i) {
     format::Object object =
         random_spherical_object(random, "spherical " + std::to_string(i), 2 + options.max_voxels / 4);
-    auto& [network, grids] = object.as<format::SphericalData>();
+    auto& [network, grids] = *object.spherical;
     if (i == 1) {
-      grids = asset.objects.back().as<format::SphericalData>().grids;
+      grids = asset.objects.back().spherical->grids;
       for (float& value : grids.outer_position) value = -value;
     } else {
       asset.spherical_networks.push_back(random_networks(random, grids, options.max_voxels > 8 ? 24 : 4));
@@ -396,7 +399,7 @@ inline format::Asset random_asset(uint64_t seed, const RandomAssetOptions& optio
 
 /// A segment near the object's grid, most of them through it: lines, short pieces, along axes, on voxel
 /// faces.
-inline kernels::Segment random_segment(Random& random, const kernels::ProofField& field) {
+inline kernels::Segment random_segment(Random& random, const kernels::PlanesField& field) {
   kernels::Segment segment;
   const bool on_lattice = random.below(4) == 0, along_axis = random.below(8) == 0,
              line = random.below(3) == 0, aimed = random.below(4) != 0, starts_inside = random.below(2) == 0;
@@ -420,7 +423,7 @@ inline kernels::Segment random_segment(Random& random, const kernels::ProofField
 }
 
 inline kernels::Segment random_segment(Random& random, const kernels::ExactField& field) {
-  return random.below(4) ? random_segment(random, field.proof) : random_segment(random, field.bvh);
+  return random.below(4) ? random_segment(random, field.planes) : random_segment(random, field.triangles);
 }
 
 }  // namespace nif::test

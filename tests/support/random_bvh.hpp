@@ -7,8 +7,8 @@
 #include <deque>
 #include <vector>
 
-#include "formats/nif/bvh/pack.hpp"
-#include "kernels/reference/bvh/query.hpp"
+#include "formats/nif/triangles/pack.hpp"
+#include "kernels/reference/triangles/query.hpp"
 #include "tests/support/random.hpp"
 
 namespace nif::test {
@@ -42,7 +42,7 @@ class RandomTree {
  public:
   explicit RandomTree(const Soup& soup) : soup_(soup) {}
 
-  format::Bvh pack(Random& random) {
+  format::TrianglesData pack(Random& random) {
     std::vector<uint32_t> all(soup_.triangles.size());
     for (uint32_t i = 0; i < all.size(); ++i) all[i] = i;
     return format::pack_bvh(grow(random, all), soup_.positions, soup_.triangles);
@@ -75,13 +75,15 @@ class RandomTree {
   std::deque<format::BvhBranch> branches_;
 };
 
-inline format::Bvh random_bvh(Random& random, uint32_t triangles, float centre = 0, float size = 1) {
+inline format::TrianglesData random_bvh(Random& random, uint32_t triangles, float centre = 0,
+                                        float size = 1) {
   const Soup soup = random_soup(random, triangles, centre, size);
   return RandomTree(soup).pack(random);
 }
 
 /// The answer of a loop over all triangles.
-inline kernels::Answer ask_each_triangle(const kernels::BvhField& field, const kernels::Segment& segment) {
+inline kernels::Answer ask_each_triangle(const kernels::TrianglesField& field,
+                                         const kernels::Segment& segment) {
   kernels::BvhRay ray;
   if (!kernels::prepare_ray(field, segment, ray)) return kernels::answer_no_ray(segment);
   bool visible = true;
@@ -95,7 +97,7 @@ inline kernels::Answer ask_each_triangle(const kernels::BvhField& field, const k
 
 /// A segment that makes trouble, or none: at vertices, edges and centres of triangles, from afar and from
 /// within, along axes, in planes of boxes, with parts that are zero, infinite, NaN or out of order.
-inline kernels::Segment random_segment(Random& random, const kernels::BvhField& field) {
+inline kernels::Segment random_segment(Random& random, const kernels::TrianglesField& field) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   const auto vertex = [&] { return field.vertices[random.below(field.vertex_count)]; };
   const float *from = vertex(), *to = vertex(), *other = vertex();

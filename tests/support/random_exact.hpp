@@ -4,17 +4,24 @@
 #include <bit>
 #include <cmath>
 
-#include "formats/nif/exact/encoding.hpp"
-#include "kernels/reference/proof/walk.hpp"
+#include "formats/nif/parts.hpp"
+#include "kernels/reference/planes/walk.hpp"
 #include "tests/support/random_bvh.hpp"
 
 namespace nif::test {
 
+struct RandomExact {
+  format::PlanesData planes;
+  format::TrianglesData triangles;
+
+  kernels::ExactField field() const { return {format::field_of(planes), format::field_of(triangles)}; }
+};
+
 /// A grid of cubes of unit size around z = 0, whose surface voxels are one layer. A sheet across the
 /// layer, if there is one, makes all but its outermost cells walls.
-inline format::ExactData random_exact(Random& random, uint32_t max_voxels) {
-  format::ExactData exact;
-  format::ProofData& grid = exact.proof;
+inline RandomExact random_exact(Random& random, uint32_t max_voxels) {
+  RandomExact exact;
+  format::PlanesData& grid = exact.planes;
   const uint32_t across = 3 + random.below(max_voxels), high = 3 + random.below(max_voxels);
   grid.voxels = {across, across, high};
   grid.voxels_per_unit = 1;
@@ -35,7 +42,7 @@ inline format::ExactData random_exact(Random& random, uint32_t max_voxels) {
     soup.triangles.push_back({first, first + 1, first + 3});
     soup.triangles.push_back({first, first + 3, first + 2});
   }
-  exact.bvh = RandomTree(soup).pack(random);
+  exact.triangles = RandomTree(soup).pack(random);
 
   const uint32_t bricks[3] = {format::bricks_for(across), format::bricks_for(across),
                               format::bricks_for(high)};
@@ -55,7 +62,7 @@ inline format::ExactData random_exact(Random& random, uint32_t max_voxels) {
   format::leave_bare(grid);
   // The normal along z, with room for the margin of heights.
   const auto reach = uint32_t(std::ceil((0.125f * kernels::kNormalSum + 1) / kernels::plane_step(1)));
-  const kernels::ProofField field = format::proof_of(grid);
+  const kernels::PlanesField field = format::field_of(grid);
   for (int32_t y = 0; y < int32_t(across); ++y)
     for (int32_t x = 0; x < int32_t(across); ++x) {
       if (random.below(8) == 0) continue;  // bare

@@ -85,8 +85,8 @@ inline format::Object random_spherical_object(Random& random, const std::string&
   }
   object.aabb_max[1] = object.aabb_min[1] + size;
   object.bias = 1e-3f * size;
-  object.triangles = 100 + random.below(1000);
-  object.content = format::SphericalData{0, random_grids(random, max_resolution)};
+  object.triangle_count = 100 + random.below(1000);
+  object.spherical = {0, random_grids(random, max_resolution)};
   return object;
 }
 

@@ -27,7 +27,7 @@ int main(int argc, char** argv) {
     options.primaries = seed % 4 == 0 ? 2 : 0;
     options.sources = uint32_t(seed / 2 % 2);
     options.colors = uint32_t(seed / 4 % 2);
-    options.coded = seed % 3 == 0 ? 0u : uint32_t{nif::format::kCodedPayloads};
+    options.coded = seed % 3 == 0 ? 0u : uint32_t{nif::test::kCodedAll};
     options.odd_corners = seed % 5 == 0;
   }
   // Not an OutputFile, which Windows lacks.

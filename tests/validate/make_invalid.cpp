@@ -13,7 +13,7 @@
 #include <string>
 
 #include "formats/base/output_file.hpp"
-#include "formats/nif/proof/coded_cells.hpp"
+#include "formats/nif/planes/coded_cells.hpp"
 #include "formats/nif/writer.hpp"
 #include "formats/validate/validate.hpp"
 #include "tests/format/damaged.hpp"
@@ -166,7 +166,7 @@ void break_sections(const Bytes& good, Collection& collection) {
     offer(more);
   }
   std::vector<Part> unused = parts;
-  unused.push_back({format::kBvhRecords, format::kRequired, {}});
+  unused.push_back({format::kTriangles, format::kRequired, {}});
   offer(unused);
   std::vector<Part> turned = parts;
   std::swap(turned.front(), turned.back());
@@ -199,7 +199,7 @@ void break_sections(const Bytes& good, Collection& collection) {
   }
   // A record more of each encoding, that no object has.
   for (size_t i = 0; i < parts.size(); ++i)
-    for (const size_t record : {sizeof(format::SegmentRecord), sizeof(format::BvhRecord)}) {
+    for (const size_t record : {sizeof(format::PlanesRecord), sizeof(format::TrianglesRecord)}) {
       if (parts[i].content.size() < record) continue;
       std::vector<Part> more = parts;
       more[i].content.insert(more[i].content.end(), parts[i].content.end() - ptrdiff_t(record),
@@ -253,7 +253,6 @@ void break_content(Collection& collection) {
       collection.offer(format::encode(asset));
     }
   };
-  using Segment = format::SegmentData;
   with([](auto& a) { a.metadata.clear(); });
   with([](auto& a) {
     for (const size_t k : {0, 1, 2}) a.instances[0].transform[k] = 0;
@@ -265,13 +264,13 @@ void break_content(Collection& collection) {
     a.instances[0].object = 0;
     a.objects.push_back(a.objects[0]);
   });
-  with([](auto& a) { a.networks.push_back(a.networks[0]); });
+  with([](auto& a) { a.mlps.push_back(a.mlps[0]); });
   with([](auto& a) {
-    auto& weights = a.networks[0].layers.back().weights;
+    auto& weights = a.mlps[0].layers.back().weights;
     std::fill(weights.begin(), weights.end(), int8_t{0});
   });
   with([](auto& a) {
-    for (uint32_t& word : a.objects[0].template as<Segment>().voxel_records)
+    for (uint32_t& word : a.objects[0].planes->voxel_records)
       if (kernels::word_kind(word) != kernels::kLink) word &= ~15u;
   });
   options.odd_corners = true;
@@ -293,7 +292,7 @@ void break_content(Collection& collection) {
 
   options.objects = 0;
   options.bvhs = 1;
-  with([](auto& a) { a.objects[0].triangles = 0; });
+  with([](auto& a) { a.objects[0].triangle_count = 0; });
   with([](auto& a) { a.objects[0].aabb_max[1] = a.objects[0].aabb_min[1]; });
 }
 
@@ -304,12 +303,11 @@ Part& section_of(std::vector<Part>& parts, uint32_t type) {
 
 /// Words of cells that no encoder would code so: with kinds that follow from the planes, or with cells that
 /// do not separate what they must.
-template <class Record>
-void break_coded_cells(const format::Asset& asset, uint32_t records, uint32_t cells, Collection& collection) {
+void break_coded_cells(const format::Asset& asset, Collection& collection) {
   const Bytes good = format::encode(asset);
   const ExactBuffer buffer(good);
   const format::AssetView view = format::read_asset(buffer.bytes(), "good");
-  kernels::ProofField field = *format::grid_of(view.objects[0]);
+  kernels::PlanesField field = *format::grid_of(view.objects[0]);
   const size_t count = size_t{field.surface_voxels} + field.part_count;
   const std::vector<uint32_t> words(field.voxel_records, field.voxel_records + count);
   const auto offer = [&](std::vector<uint32_t> changed, bool stated) {
@@ -320,12 +318,12 @@ void break_coded_cells(const format::Asset& asset, uint32_t records, uint32_t ce
     if (!format::CellCoder(encoder, field, coded.data()).code(&field, stated)) return;
     const std::vector<std::byte> bytes = encoder.finish();
     std::vector<Part> parts = parts_of(good);
-    Bytes& content = section_of(parts, records).content;
-    auto record = load<Record>(content, 0);
+    Bytes& content = section_of(parts, format::kPlanes).content;
+    auto record = load<format::PlanesRecord>(content, 0);
     record.forms |= format::kCodedCells | (stated ? uint32_t{format::kStatedKinds} : 0u);
     record.cells.bytes = bytes.size();
     store(content, 0, record);
-    section_of(parts, cells).content = bytes;
+    section_of(parts, format::kCells).content = bytes;
     collection.offer(file_of(good, parts));
   };
   offer(words, true);
@@ -341,7 +339,7 @@ constexpr uint32_t kInsideAbove = 7;  // and outside below
 
 /// One voxel inside, surface around it; in the one at its left the planes tell outside from inside.
 format::Asset shell_of_voxels() {
-  format::ProofData grid;
+  format::PlanesData grid;
   grid.voxels = {3, 3, 3};
   grid.voxels_per_unit = 1;
   grid.brick_table = {kernels::kFirstMixedBrick};
@@ -361,25 +359,25 @@ format::Asset shell_of_voxels() {
                                           : kernels::kBareCell);
       }
   grid.brick_states = {states};
-  grid.coded = format::kCodedPayloads;
+  grid.coded = format::kCodedPlanes;
   format::Asset asset;
   format::Object& object = asset.objects.emplace_back();
   object.aabb_min = {1, 1, 1};
   object.aabb_max = {2, 2, 2};
-  object.content = std::move(grid);
+  object.planes = std::move(grid);
   return asset;
 }
 
 /// Links that name more parts than there are.
-void break_links(const Bytes& good, uint32_t cells, Collection& collection) {
+void break_links(const Bytes& good, Collection& collection) {
   const std::vector<Part> parts = parts_of(good);
   std::vector<Part> changed = parts;
-  const Bytes words = section_of(changed, cells).content;
+  const Bytes words = section_of(changed, format::kCells).content;
   for (size_t at = 0; at < words.size(); at += 4)
     for (uint32_t part = 0; part < 8; ++part) {
       const uint32_t word = load<uint32_t>(words, at) | 1u << (4 + part);
       if (kernels::word_kind(word) != kernels::kLink) continue;
-      store(section_of(changed = parts, cells).content, at, word);
+      store(section_of(changed = parts, format::kCells).content, at, word);
       collection.offer(file_of(good, changed));
     }
 }
@@ -389,8 +387,8 @@ void break_grid(const format::Asset& asset, Collection& collection) {
   const Bytes good = format::encode(asset);
   const std::vector<Part> parts = parts_of(good);
   std::vector<Part> changed = parts;
-  auto record = load<format::ProofRecord>(section_of(changed, format::kProofRecords).content, 0);
-  Bytes& occupancy = section_of(changed, format::kProofOccupancy).content;
+  auto record = load<format::PlanesRecord>(section_of(changed, format::kPlanes).content, 0);
+  Bytes& occupancy = section_of(changed, format::kOccupancy).content;
   const auto last = load<uint16_t>(occupancy, occupancy.size() - 2);
   if (last < kernels::kFirstMixedBrick) {
     store(occupancy, occupancy.size() - 2, uint16_t(kernels::kFirstMixedBrick + record.mixed_bricks));
@@ -398,27 +396,24 @@ void break_grid(const format::Asset& asset, Collection& collection) {
   }
   record.voxels_per_unit = 3e38f;
   record.levels = kernels::kMaxLevels;
-  store(section_of(changed = parts, format::kProofRecords).content, 0, record);
+  store(section_of(changed = parts, format::kPlanes).content, 0, record);
   collection.offer(file_of(good, changed));
 }
 
-/// The records and the payload of trees, where there is one tree alone.
-template <class Record>
+/// The record and the payload of triangles, where there is one tree alone.
 struct Tree {
   std::vector<Part> parts;
-  Record record;
+  format::TrianglesRecord record;
   Bytes content;
-  uint32_t records, trees;  ///< sections
 
-  Tree(const Bytes& file, uint32_t records_type, uint32_t trees_type)
-      : parts(parts_of(file)), records(records_type), trees(trees_type) {
-    record = load<Record>(section_of(parts, records).content, 0);
-    content = section_of(parts, trees).content;
+  explicit Tree(const Bytes& file) : parts(parts_of(file)) {
+    record = load<format::TrianglesRecord>(section_of(parts, format::kTriangles).content, 0);
+    content = section_of(parts, format::kTrees).content;
   }
   void offer(const Bytes& file, Collection& collection) {
     record.tree.bytes = content.size();
-    store(section_of(parts, records).content, 0, record);
-    section_of(parts, trees).content = content;
+    store(section_of(parts, format::kTriangles).content, 0, record);
+    section_of(parts, format::kTrees).content = content;
     collection.offer(file_of(file, parts));
   }
 };
@@ -427,7 +422,7 @@ struct Tree {
 constexpr uint32_t frame_of(int32_t base, uint32_t scale) { return uint32_t(base) << 8 | scale; }
 
 void break_tree(const Bytes& good, Collection& collection) {
-  const Tree<format::BvhRecord> tree(good, format::kBvhRecords, format::kBvhs);
+  const Tree tree(good);
   const size_t nodes = tree.record.nodes * sizeof(kernels::BvhNode);
   auto empty = tree;
   empty.record.nodes = empty.record.vertices = empty.record.triangles = 0;
@@ -466,7 +461,7 @@ void break_tree(const Bytes& good, Collection& collection) {
 
 /// A tree of one node whose boxes reach farther than an exact object may.
 void break_reach(const Bytes& good, Collection& collection) {
-  Tree<format::ExactRecord> tree(good, format::kExactRecords, format::kExactTrees);
+  Tree tree(good);
   if (tree.record.nodes != 1) return;
   auto root = load<kernels::BvhNode>(tree.content, 0);
   for (int a = 0; a < 3; ++a) {
@@ -515,18 +510,14 @@ void break_by_hand(Collection& collection) {
     segment.objects = 1;
     grid.proofs = coded.proofs = tree.bvhs = exact.exacts = 1;
     break_grid(random_asset(seed, grid), collection);
-    coded.coded = segment.coded = format::kCodedPayloads;
-    break_coded_cells<format::ProofRecord>(random_asset(seed, coded), format::kProofRecords,
-                                           format::kProofCells, collection);
-    break_coded_cells<format::SegmentRecord>(random_asset(seed, segment), format::kSegments, format::kCells,
-                                             collection);
+    coded.coded = segment.coded = kCodedAll;
+    break_coded_cells(random_asset(seed, coded), collection);
     segment.coded = 0;
-    break_links(format::encode(random_asset(seed, segment)), format::kCells, collection);
+    break_links(format::encode(random_asset(seed, segment)), collection);
     break_tree(format::encode(random_asset(seed, tree)), collection);
     break_reach(format::encode(random_asset(seed, exact)), collection);
   }
-  break_coded_cells<format::ProofRecord>(shell_of_voxels(), format::kProofRecords, format::kProofCells,
-                                         collection);
+  break_coded_cells(shell_of_voxels(), collection);
   break_optional(collection);
   break_translations(collection);
 }

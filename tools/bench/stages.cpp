@@ -67,9 +67,9 @@ std::optional<StageTimes> time_stages(const std::string& asset,
   std::vector<std::unique_ptr<StagedField>> fields;
   size_t count = 0;
   for (size_t i = 0; i < view.objects.size(); ++i) {
-    if (!view.objects[i].is<format::SphericalView>()) continue;
+    if (!view.objects[i].is<kernels::SphericalField>()) continue;
     fields.push_back(
-        std::make_unique<StagedField>(view.objects[i].as<format::SphericalView>().field, *rays.at(i)));
+        std::make_unique<StagedField>(view.objects[i].as<kernels::SphericalField>(), *rays.at(i)));
     count += fields.back()->rays();
   }
   if (count == 0) return std::nullopt;

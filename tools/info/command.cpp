@@ -106,7 +106,7 @@ void print(const format::AssetView& view, const nlohmann::ordered_json& json) {
   for (size_t i = 0; i < std::min(kShown, view.objects.size()); ++i) {
     const format::ObjectView& object = view.objects[i];
     const format::SourceTrianglesView* source = view.source_triangles_of(uint32_t(i));
-    fmt::print("object    '{}': {} triangles{}, {}\n", printable(object.name), object.triangles,
+    fmt::print("object    '{}': {} triangles{}, {}\n", printable(object.name), object.triangle_count,
                source ? fmt::format(" with their numbers among {}", source->triangles) : "",
                bake::summary(object) + (view.colors_of(uint32_t(i)) ? ", with colours" : ""));
   }

@@ -11,7 +11,7 @@
 #include "formats/base/status.hpp"
 #include "formats/mesh/read.hpp"
 #include "formats/nif/file_memory.hpp"
-#include "kernels/gpu/segment/kernels.hpp"
+#include "kernels/gpu/network/kernels.hpp"
 #include "kernels/gpu/spherical/half_kernels.hpp"
 #include "kernels/packed/walk_grid.hpp"
 #include "tests/gpu/emulator/compare_half.hpp"
@@ -81,12 +81,12 @@ void count_steps(const format::AssetView& asset, const bake::PreparedScene& prep
   std::string left;  // lines of another table
   for (size_t i = 0; i < asset.objects.size(); ++i) {
     const format::ObjectView& object = asset.objects[i];
-    if (!object.is<format::SegmentView>()) continue;
+    if (!object.is<kernels::SegmentField>()) continue;
     if (!any)
       std::printf("\n%-16s %-14s %-16s %9s %9s %9s %9s %9s\n", "object", "set", "traversal", "steps", "of 32",
                   "of 64", "loads", "bytes");
     any = true;
-    const kernels::SegmentField& field = object.as<format::SegmentView>().field;
+    const kernels::SegmentField& field = object.as<kernels::SegmentField>();
     const kernels::cpu::WalkGrid grid(field, std::pmr::new_delete_resource());
     const kernels::gpu::DeviceSegmentField on_card{field, grid.view(), {}, nullptr};
     const bake::GroundTruth truth(prepared.objects[i]);
@@ -143,10 +143,10 @@ uint64_t compare_halves(const format::AssetView& asset, const bake::PreparedScen
   bool any = false;
   for (size_t i = 0; i < asset.objects.size(); ++i) {
     const format::ObjectView& object = asset.objects[i];
-    if (!object.is<format::SphericalView>()) continue;
+    if (!object.is<kernels::SphericalField>()) continue;
     const std::string name(object.name);
     const kernels::gpu::SphericalHalfLayout layout =
-        kernels::gpu::make_half_layout(object.as<format::SphericalView>().field);
+        kernels::gpu::make_half_layout(object.as<kernels::SphericalField>());
     if (!layout.fits) {
       std::printf("\n%s has no kernel in half precision: its networks are too wide\n", name.c_str());
       continue;
@@ -161,8 +161,8 @@ uint64_t compare_halves(const format::AssetView& asset, const bake::PreparedScen
     const bake::GroundTruth truth(prepared.objects[i]);
     for (const bake::RaySet set : bake::kRaySets) {
       const bake::LabelledRays labelled = bake::make_ray_set(truth.source(), set, rays, 7);
-      const std::vector<HalfComparison> results = compare_half(
-          object.as<format::SphericalView>().field, labelled.segments, labelled.visible, kHalfKinds);
+      const std::vector<HalfComparison> results =
+          compare_half(object.as<kernels::SphericalField>(), labelled.segments, labelled.visible, kHalfKinds);
       for (size_t k = 0; k < results.size(); ++k) {
         const HalfComparison& result = results[k];
         const double all = double(std::max<size_t>(labelled.segments.size(), 1)) / 100;
@@ -191,9 +191,8 @@ uint64_t compare_all(const char* asset_path, const char* mesh_path, uint64_t ray
     throw Error(Status::mesh_mismatch, std::string(asset_path) + " was not baked from " + mesh_path);
   uint64_t all = 0;
   for (const format::ObjectView& object : asset.objects) {
-    if (!object.is<format::SegmentView>()) continue;
-    const kernels::gpu::SegmentLayout layout =
-        kernels::gpu::make_layout(object.as<format::SegmentView>().field);
+    if (!object.is<kernels::SegmentField>()) continue;
+    const kernels::gpu::SegmentLayout layout = kernels::gpu::make_layout(object.as<kernels::SegmentField>());
     std::printf("%s: shared memory of a block: network ", std::string(object.name).c_str());
     if (layout.tiled)
       std::printf("%u bytes\n", layout.bytes);

@@ -38,11 +38,13 @@ void run(const std::string& path, const std::string& mesh, uint64_t count) {
   for (const bake::RaySet set : bake::kRaySets) {
     const auto rays = bake::draw_ray_set(truth.source(), set, count, 2).segments;
     if (rays.empty()) continue;
-    if (const auto* field = std::get_if<format::SegmentView>(&view.objects.front().content)) {
-      const bake::SegmentCounts counts = bake::count_work(field->field, rays);
+    if (view.objects.front().network) {
+      const bake::SegmentCounts counts =
+          bake::count_work(view.objects.front().as<kernels::SegmentField>(), rays);
       print(set, rays.size(), counts.pieces, counts.ambiguous, counts.nanoseconds());
     } else {
-      const bake::BvhCounts counts = bake::count_work(view.objects.front().as<format::BvhView>().field, rays);
+      const bake::BvhCounts counts =
+          bake::count_work(view.objects.front().as<kernels::TrianglesField>(), rays);
       print(set, rays.size(), counts.nodes, 0, counts.nanoseconds());
     }
   }

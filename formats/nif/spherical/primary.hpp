@@ -4,7 +4,7 @@
 #include <memory_resource>
 #include <vector>
 
-#include "formats/nif/spherical/encoding.hpp"
+#include "formats/nif/spherical/part.hpp"
 
 namespace nif::format {
 

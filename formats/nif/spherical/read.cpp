@@ -1,6 +1,6 @@
 // Reads `spherical` objects, the pairs of networks (MLPs) that they share, and primary fields. NaN and
 // values that are too large are refused here, in every grid and network, so kernels need no checks.
-#include "formats/nif/spherical/encoding.hpp"
+#include "formats/nif/spherical/part.hpp"
 #include "formats/nif/spherical/primary.hpp"
 
 #include "kernels/reference/half.hpp"
@@ -126,29 +126,29 @@ PrimaryView read_primary(const PrimaryRecord& record, const Bounds& bounds, Payl
 
 }  // namespace
 
-SphericalReader::SphericalReader(const SectionTable& sections, std::string_view file,
-                                 SphericalSharedView& shared)
+SphericalReader::SphericalReader(const SectionTable& sections, std::string_view file, AssetView& asset)
     : file_(file),
-      shared_(shared),
+      asset_(asset),
       records_(sections[kSphericalRecords], "SPHR", file),
       grids_(sections[kGrids]) {
   const Records<SphericalNetworksRecord> networks(sections[kSphericalNetworks], "SNET", file);
   Payloads weights(sections[kSphericalWeights]);
-  shared.spherical_networks.reserve(networks.count());
+  asset.spherical_networks.reserve(networks.count());
   for (uint32_t i = 0; i < networks.count(); ++i)
-    shared.spherical_networks.push_back(read_networks(networks[i], weights, Place{file, "SNET", i}));
+    asset.spherical_networks.push_back(read_networks(networks[i], weights, Place{file, "SNET", i}));
   weights.finish("SWGT", file);
 }
 
-SphericalView SphericalReader::read(uint32_t index, const Bounds& bounds) {
+SphericalView SphericalReader::read(uint32_t index, const ObjectView& object) {
   const SphericalRecord record = records_[index];
   const Place place{file_, "SPHR", index};
   SphericalView view;
   kernels::SphericalField& field = view.field;
-  place.require(record.network < shared_.spherical_networks.size(), Rule::network_range);
+  place.require(record.network < asset_.spherical_networks.size(), Rule::network_range);
   place.require(record.reserved == 0, Rule::reserved_not_zero);
-  place.require(kernels::set_bounds(bounds.min.data(), bounds.max.data(), field), Rule::bounds_to_compute);
-  const SphericalNetworksView& networks = shared_.spherical_networks[record.network];
+  place.require(kernels::set_bounds(object.aabb_min.data(), object.aabb_max.data(), field),
+                Rule::bounds_to_compute);
+  const SphericalNetworksView& networks = asset_.spherical_networks[record.network];
   view.network = record.network;
   field.outer = networks.outer;
   field.inner = networks.inner;

@@ -1,6 +1,7 @@
 // Writes `spherical` objects, their pairs of networks (MLPs), and primary fields. Memory always has
 // floats; they become halves on their way to the file where that is asked for.
-#include "formats/nif/spherical/encoding.hpp"
+#include "formats/nif/asset.hpp"
+#include "formats/nif/spherical/part.hpp"
 #include "formats/nif/spherical/primary.hpp"
 #include "kernels/reference/half.hpp"
 #include "kernels/reference/spherical/query.hpp"
@@ -106,15 +107,15 @@ kernels::PrimaryField field_of(const Primary& primary, const Bounds& bounds) {
   return field;
 }
 
-SphericalWriter::SphericalWriter(Sections& sections, const SphericalShared& shared)
+SphericalWriter::SphericalWriter(Sections& sections, const Asset& asset)
     : records_(&sections.add(kSphericalRecords)) {
   Section& networks = sections.add(kSphericalNetworks);
   Section& weights = sections.add(kSphericalWeights);
-  for (const SphericalNetworks& pair : shared.spherical_networks) add_networks(pair, networks, weights);
+  for (const SphericalNetworks& pair : asset.spherical_networks) add_networks(pair, networks, weights);
   grids_ = &sections.add(kGrids);
 }
 
-void SphericalWriter::add(const SphericalData& data) {
+void SphericalWriter::add(const SphericalData& data, const Object&) {
   const SphericalGrids& grids = data.grids;
   SphericalRecord record{};
   record.network = data.network;
@@ -133,16 +134,10 @@ void SphericalWriter::add(const SphericalData& data) {
   records_->append(&record, 1);
 }
 
-SphericalData EncodingOf<kernels::SphericalField>::to_data(const SphericalView& view) {
-  return {view.network, to_grids(view.field)};
-}
+SphericalData to_data(const SphericalView& view) { return {view.network, to_grids(view.field)}; }
 
-SphericalShared EncodingOf<kernels::SphericalField>::to_shared(const SphericalSharedView& view) {
-  SphericalShared shared;
-  for (const SphericalNetworksView& from : view.spherical_networks)
-    shared.spherical_networks.push_back(
-        {from.outer.weights.half, from.slope, to_layers(from.outer), to_layers(from.inner)});
-  return shared;
+SphericalNetworks to_networks(const SphericalNetworksView& view) {
+  return {view.outer.weights.half, view.slope, to_layers(view.outer), to_layers(view.inner)};
 }
 
 PrimaryWriter::PrimaryWriter(Sections& sections)

@@ -15,7 +15,7 @@
 // bits.
 #pragma once
 
-#include "kernels/gpu/segment/matrices.hpp"
+#include "kernels/gpu/network/matrices.hpp"
 
 namespace nif::kernels::gpu {
 

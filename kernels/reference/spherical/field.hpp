@@ -2,7 +2,7 @@
 // and two small networks in floating point.
 //
 // After Fujieda, Kao and Harada, "Neural Intersection Function" (HPG 2023, arXiv 2306.07191). As in
-// kernels/reference/segment/field.hpp nothing here owns anything. Layout and meaning: docs/format.md.
+// kernels/reference/network/field.hpp nothing here owns anything. Layout and meaning: docs/format.md.
 #pragma once
 
 #include <cmath>

@@ -8,7 +8,7 @@
 
 #include "kernels/reference/batch.hpp"
 #include "kernels/reference/instance.hpp"
-#include "kernels/reference/proof/open.hpp"
+#include "kernels/reference/planes/open.hpp"
 #include "query/float_environment.hpp"
 
 namespace nif::runtime {

@@ -8,7 +8,7 @@
 
 #include "api/error.hpp"
 #include "formats/base/size.hpp"
-#include "kernels/reference/proof/cells.hpp"
+#include "kernels/reference/planes/cells.hpp"
 
 void NifAssetObject::drop_bytes() {
   size_t size = view.metadata.size();
@@ -176,12 +176,12 @@ NifObjectInfo describe_object(const NifAssetObject& asset, uint32_t object) {
   const format::ObjectView& view = object_of(asset, object);
   NifObjectInfo info{};
   info.name = view.name.data();
-  info.encoding = format::encoding_number(view.content);
+  info.encoding = format::encoding_of(view).number;
   info.network = asset.view.network_of(view);
   std::copy(view.aabb_min.begin(), view.aabb_min.end(), info.bounds_min);
   std::copy(view.aabb_max.begin(), view.aabb_max.end(), info.bounds_max);
   info.bias = view.bias;
-  info.triangles = view.triangles;
+  info.triangles = view.triangle_count;
   const kernels::BuiltBytes built = asset.kernels[object]->built_bytes();
   info.resident_bytes = bytes_of(view) + sizeof(format::ObjectView) + built.walk_words + built.corner_bricks;
   if (const auto* source = asset.view.source_triangles_of(object)) {
@@ -192,8 +192,7 @@ NifObjectInfo describe_object(const NifAssetObject& asset, uint32_t object) {
     info.resident_bytes += colors->bytes();
     info.colors = 1;
   }
-  const auto* proof = std::get_if<nif::format::ProofView>(&view.content);
-  info.proves = !proof || kernels::has_planes(proof->field);
+  info.proves = !view.is<kernels::PlanesField>() || kernels::has_planes(view.planes->field);
   return info;
 }
 

@@ -3,24 +3,37 @@
 import bvh
 import exact
 import extras
+import planes
 import proof
 import segment
 import spherical
-from container import File
+from container import PARTS, File
 
-READERS = {1: segment.read, 2: spherical.read, 3: bvh.read, 4: exact.read, 5: proof.read}
+# In the order in which they are read: a network stands on planes.
+READERS = {"planes": planes.read, "triangles": bvh.read, "network": segment.read, "spherical": spherical.read}
 
 
 class Asset:
     """objects: each has answer(origin, direction, tmin, tmax), which returns (logit, visible, certain).
-    encodings: the number of each one's encoding.
+    encodings: what each one is called.
     """
 
     def __init__(self, data):
         file = File(data)
         self.encodings = [item.encoding for item in file.objects]
-        of_encoding = {encoding: READERS[encoding](file) for encoding in sorted(set(self.encodings))}
-        self.objects = [of_encoding[item.encoding][item.record] for item in file.objects]
+        for part, sections in PARTS.items():
+            if sections[0] in file.sections:
+                for item, value in zip(file.having(part), READERS[part](file)):
+                    setattr(item, part, value)
+        self.objects = [_object(item) for item in file.objects]
         spherical.read_primary(file)
-        extras.read_source_triangles(file, self.objects)
-        extras.read_colours(file, self.objects)
+        extras.read_source_triangles(file)
+        extras.read_colours(file)
+
+
+def _object(item):
+    if item.encoding == "exact":
+        return exact.Exact(item.planes, item.triangles)
+    if item.encoding == "proof":
+        return proof.Proof(item.planes)
+    return getattr(item, list(item.parts)[-1])

@@ -1,4 +1,6 @@
-"""`bvh` objects: the tree and its answers (docs/format.md, "The BVH payload"; docs/answers.md, "bvh")."""
+"""The triangles of objects: the tree and its answers (docs/format.md, "Triangles, 32 bytes", "The BVH payload";
+docs/answers.md, "bvh").
+"""
 
 import struct
 
@@ -176,13 +178,10 @@ def contains(box, point):
 
 
 def read(file):
-    """The objects of this encoding; each answers."""
-    payloads = Payloads(file.sections["BVHS"])
-    records = file.sections["BVHR"].records("4IQQ")
-    require(len(records) == len(file.of_encoding(3)), "BVHR", "a record that belongs to no object")
+    payloads = Payloads(file.sections["TREE"])
     trees = []
-    for number, (nodes, vertices, triangles, zero, *payload) in enumerate(records):
-        place = f"bvh {number}"
+    for number, (nodes, vertices, triangles, zero, *payload) in enumerate(file.records("triangles", "4IQQ")):
+        place = f"triangles {number}"
         reserved((zero,), place)
         trees.append(Tree(payloads.take(*payload, place), nodes, vertices, triangles, place))
     payloads.finish()

@@ -27,7 +27,7 @@ from functools import partial
 from pathlib import Path
 
 from asset import Asset
-from container import ENCODING_NAMES, ENTRY, HEADER, Refused, crc32c
+from container import ENTRY, HEADER, Refused, crc32c
 
 ANSWER = struct.Struct("<I3f3fffiBBH")
 
@@ -57,7 +57,7 @@ def check(path, answers):
     except (Refused, OSError, ValueError) as error:
         print(f"{path}: refused: {error}" if isinstance(error, Refused) else f"{path}: {error}")
         return False
-    counts = Counter(ENCODING_NAMES[encoding] for encoding in asset.encodings)
+    counts = Counter(asset.encodings)
     objects = ", ".join(f"{count} {name}" for name, count in sorted(counts.items()))
     print(f"{path}: {objects}; {queries} queries, {differ} differ")
     return differ == 0

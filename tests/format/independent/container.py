@@ -11,17 +11,24 @@ LIMIT_SECTIONS = 64
 PLACES_NOTHING = 1
 IDENTIFIER = b"\xabNIF 10\xbb\r\n\x1a\n"
 
-# Sections of each encoding are all present, or all absent.
-ENCODINGS = {
-    1: "SEGM NETS WGTS FEAT OCCU CELL".split(),
-    2: "SPHR SNET SWGT GRID".split(),
-    3: "BVHR BVHS".split(),
-    4: "EXCT EOCC ECEL EBVH".split(),
-    5: "PROF POCC PCEL".split(),
+# The parts of objects, in the order of the object record. The sections of each are all present, or all absent.
+PARTS = {
+    "planes": "PLAN OCCU CELL".split(),
+    "triangles": "TRIS TREE".split(),
+    "network": "NETW MLPS WGTS CORN FEAT".split(),
+    "spherical": "SPHR SNET SWGT GRID".split(),
 }
-REQUIRED = {"OBJS", "INST", "NAME", *sum(ENCODINGS.values(), [])}
+NO_PART = 2**32 - 1
+REQUIRED = {"OBJS", "INST", "NAME", *sum(PARTS.values(), [])}
 OPTIONAL = set("PRIM PVAL SRCT SNUM COLR CVAL TRAN META".split())
-ENCODING_NAMES = {1: "segment", 2: "spherical", 3: "bvh", 4: "exact", 5: "proof"}
+# What objects with these parts and no others are called.
+ENCODINGS = {
+    ("planes", "network"): "segment",
+    ("spherical",): "spherical",
+    ("triangles",): "bvh",
+    ("planes", "triangles"): "exact",
+    ("planes",): "proof",
+}
 
 # Exit codes of the statuses with which files are refused (docs/format.md, "The order of the checks").
 STATUSES = {
@@ -117,20 +124,26 @@ class File:
         if "TRAN" in self.sections:
             _check_translations(self.sections["TRAN"], self.instances)
         require(not (data[36] & PLACES_NOTHING and self.instances), "INST", "not empty, though the file places nothing")
-        encodings = {o.encoding for o in self.objects}
-        for encoding, sections in ENCODINGS.items():
+        for part, sections in PARTS.items():
+            needed = any(part in item.parts for item in self.objects)
             for name in sections:
-                require(name in self.sections or encoding not in encodings, name, "missing, though an object needs it")
-                require(name not in self.sections or encoding in encodings, name, "there without an object that needs it")
+                require(name in self.sections or not needed, name, "missing, though an object needs it")
+                require(name not in self.sections or needed, name, "there without an object that needs it")
         for first, second in (("PRIM", "PVAL"), ("SRCT", "SNUM"), ("COLR", "CVAL")):
             both = (first in self.sections) == (second in self.sections)
             require(both, first, f"{first} and {second} are only there together")
         if "META" in self.sections:
             self.metadata = _metadata(self.sections["META"].data)
 
-    def of_encoding(self, encoding):
-        """The objects of an encoding, in the order of their records."""
-        return [o for o in self.objects if o.encoding == encoding]
+    def having(self, part):
+        """The objects with a part, in the order of its records."""
+        return [item for item in self.objects if part in item.parts]
+
+    def records(self, part, layout):
+        """The records of a part: one for each object that has it."""
+        records = self.sections[PARTS[part][0]].records(layout)
+        require(len(records) == len(self.having(part)), PARTS[part][0], "another number of records than of objects")
+        return records
 
 
 def _sections(data):
@@ -204,26 +217,31 @@ class _Names:
 class Object:
     def __init__(self, number, fields, names):
         self.place = f"object {number}"
-        self.encoding, self.record = fields[0:2]
-        self.name = names.take(fields[2], fields[3], self.place)
-        self.low, self.high = fields[4:7], fields[7:10]
-        self.bias = fields[10]
+        self.parts = {part: number for part, number in zip(PARTS, fields) if number != NO_PART}
+        if tuple(self.parts) not in ENCODINGS:
+            raise Refused(self.place, f"parts {' and '.join(self.parts)}", "unsupported_nif")
+        self.name = names.take(fields[4], fields[5], self.place)
+        self.low, self.high = fields[6:9], fields[9:12]
+        self.bias = fields[12]
+
+    @property
+    def encoding(self):
+        return ENCODINGS[tuple(self.parts)]
 
 
 def _objects(section, names):
     objects = []
-    counts = dict.fromkeys(ENCODINGS, 0)
-    for number, fields in enumerate(section.records("4I6ffI4I")):
+    counts = dict.fromkeys(PARTS, 0)
+    for number, fields in enumerate(section.records("6I6ffI2I")):
         place = f"object {number}"
-        if fields[0] not in ENCODINGS:
-            raise Refused(place, f"encoding {fields[0]}", "unsupported_nif")
         item = Object(number, fields, names)
-        require(item.record == counts[item.encoding], place, f"record {item.record}, not {counts[item.encoding]}")
-        counts[item.encoding] += 1
-        require(all(x - x == 0 for x in fields[4:11]), place, "bounds or bias are not finite")
+        for part, record in item.parts.items():
+            require(record == counts[part], place, f"{part} {record}, not {counts[part]}")
+            counts[part] += 1
+        require(all(x - x == 0 for x in fields[6:13]), place, "bounds or bias are not finite")
         require(all(a <= b for a, b in zip(item.low, item.high)), place, "bounds: minimum above maximum")
         require(item.bias >= 0, place, "bias is negative")
-        require(not any(fields[12:]), place, "reserved bytes are not zero")
+        require(not any(fields[14:]), place, "reserved bytes are not zero")
         objects.append(item)
     require(objects, "OBJS", "no object")
     return objects

@@ -5,7 +5,7 @@ payload of source triangles").
 from container import Payloads, require, reserved
 
 
-def _read(file, records, payloads, objects):
+def _read(file, records, payloads):
     """Checks records of both kinds; yields (object, number, payload, place)."""
     if records not in file.sections:
         return
@@ -15,18 +15,17 @@ def _read(file, records, payloads, objects):
     require(records.data, records.name, "no record")
     for nth, (item, number, *zeros, offset, length) in enumerate(records.records("4IQQ")):
         place = f"{records.name} {nth}"
-        require(last < item < len(objects), place, f"object {item}")
+        require(last < item < len(file.objects), place, f"object {item}")
         last = item
         reserved(zeros, place)
-        yield objects[item], number, payloads.take(offset, length, place), place
+        yield file.objects[item], number, payloads.take(offset, length, place), place
     payloads.finish()
 
 
-def read_source_triangles(file, objects):
-    for item, count, payload, place in _read(file, "SRCT", "SNUM", objects):
-        tree = getattr(item, "tree", item)
-        require(hasattr(tree, "triangles"), place, "an object without triangles")
-        triangles = len(tree.triangles)
+def read_source_triangles(file):
+    for item, count, payload, place in _read(file, "SRCT", "SNUM"):
+        require("triangles" in item.parts, place, "an object without triangles")
+        triangles = len(item.triangles.triangles)
         require(count >= triangles, place, f"{count} source triangles of {triangles}")
         bits = max((count - 1).bit_length(), 1)
         size = (bits * triangles + 31) // 32 * 4
@@ -38,8 +37,9 @@ def read_source_triangles(file, objects):
         require(numbers == 0, place, "bits behind the last number are not zero")
 
 
-def read_colours(file, objects):
-    for item, count, payload, place in _read(file, "COLR", "CVAL", objects):
-        require(hasattr(item, "cells"), place, "an object without surface voxels")
-        require(count == item.cells.grid.surface_voxels, place, f"{count} surface voxels, not {item.cells.grid.surface_voxels}")
+def read_colours(file):
+    for item, count, payload, place in _read(file, "COLR", "CVAL"):
+        require("planes" in item.parts, place, "an object without surface voxels")
+        voxels = item.planes.grid.surface_voxels
+        require(count == voxels, place, f"{count} surface voxels, not {voxels}")
         require(len(payload) == 2 * count, place, f"a payload of {len(payload)} bytes, not {2 * count}")

@@ -1,7 +1,4 @@
-"""Grids of voxels in bricks (docs/format.md, "The occupancy payload", and "Coded payloads": "Occupancy").
-
-`segment`, `exact` and `proof` objects have one each.
-"""
+"""Grids of voxels in bricks (docs/format.md, "The occupancy payload", and "Coded payloads": "Occupancy")."""
 
 import struct
 
@@ -10,8 +7,8 @@ from container import require, require_range
 
 OUTSIDE, INSIDE, UNKNOWN, SURFACE = range(4)
 
-# Bits of a record's `forms`.
-CODED_OCCUPANCY, CODED_CELLS, CODED_FEATURES, CODED_CORNERS, CODED_KINDS = (1 << bit for bit in range(5))
+# Bits of `forms` of planes.
+CODED_OCCUPANCY, CODED_CELLS, CODED_KINDS = 1, 2, 4
 
 
 class Grid:
@@ -29,7 +26,6 @@ class Grid:
             require_range(count, 1, min(256, 1024 >> levels), place, "voxels")
         require_range(mixed_bricks, 0, 65533, place, "mixed_bricks")
         require_range(part_count, 0, 2**20, place, "part_count")
-        require(not forms & CODED_CORNERS or forms & CODED_OCCUPANCY, place, "forms: corners are coded without the occupancy")
         require(not forms & CODED_KINDS or forms & CODED_CELLS, place, "forms: kinds are coded without the cells")
         self.bricks = tuple(count // 4 + 1 for count in voxels)
         self.brick_count = self.bricks[0] * self.bricks[1] * self.bricks[2]
@@ -50,49 +46,48 @@ class Grid:
     def cells_size(self):
         return 4 * (self.surface_voxels + self.part_count)
 
-    def occupancy_size(self, corners):
-        return self.mixed_bricks * (32 if corners else 20) + 2 * self.brick_count
+    def occupancy_size(self):
+        return self.mixed_bricks * 20 + 2 * self.brick_count
 
 
-def check_coding(grid, payloads):
-    """The rules about sizes of payloads that may be coded. Of each: its bytes, its size uncoded, whether it is coded."""
+def check_coding(place, payloads):
+    """The rules about sizes of payloads that may be coded. Of each: its bytes, its size uncoded, whether it is coded.
+    Returns their bytes in the file.
+    """
     for data, size, coded in payloads:
         if coded:
             smaller = len(data) < size
-            require(smaller, grid.place, f"a coded payload takes {len(data)} bytes, no less than the {size} that it decodes to")
+            require(smaller, place, f"a coded payload takes {len(data)} bytes, no less than the {size} that it decodes to")
         else:
-            require(len(data) == size, grid.place, f"a payload has {len(data)} bytes, not {size}")
-    if any(coded for _, _, coded in payloads):
-        in_file = sum(len(data) for data, _, _ in payloads)
-        decoded = sum(size for _, size, _ in payloads)
-        require(decoded <= 16 * in_file, grid.place, "coded payloads decode to more than 16 times their size")
-        require(grid.brick_count <= in_file // 2, grid.place, "more bricks than coded payloads may have")
+            require(len(data) == size, place, f"a payload has {len(data)} bytes, not {size}")
+    in_file = sum(len(data) for data, _, _ in payloads)
+    check_expansion(place, any(coded for _, _, coded in payloads), sum(size for _, size, _ in payloads), in_file)
+    return in_file
+
+
+def check_expansion(place, coded, decoded, in_file):
+    require(not coded or decoded <= 16 * in_file, place, "coded payloads decode to more than 16 times their size")
 
 
 class Occupancy:
-    """The state of each voxel, and the corners of each brick that have features.
+    """The state of each voxel.
 
     states           of each voxel, x fastest
     surface          the places (x, y, z) of surface voxels, in the order of their words
     table            as in the file
-    brick_corners    a mask for each mixed brick (`segment` only)
     """
 
-    def __init__(self, grid, data, corners):
+    def __init__(self, grid, data):
         self.grid = grid
         self.place = grid.place + ": occupancy"
         self.states = bytearray(grid.voxels[0] * grid.voxels[1] * grid.voxels[2])
-        self.brick_corners = []
-        self.corner_base = []
         if grid.forms & CODED_OCCUPANCY:
-            self._decode(data, corners)
+            self._decode(data)
         else:
-            self._read(data, corners)
+            self._read(data)
         self._number_voxels()
         if not grid.forms & CODED_OCCUPANCY:
             require(self.voxel_base == self.stored_voxel_base, self.place, "voxel_base does not count surface voxels")
-            if corners:
-                require(self.corner_base == self.stored_corner_base, self.place, "corner_base does not count corners")
 
     def state(self, x, y, z):
         return self.states[self.grid.voxel_number(x, y, z)]
@@ -119,13 +114,8 @@ class Occupancy:
         count = len(self.surface)
         require(count == grid.surface_voxels, self.place, f"surface_voxels is {grid.surface_voxels}, but there are {count}")
         self.word_of = {at: number for number, at in enumerate(self.surface)}
-        total = 0
-        for mask in self.brick_corners:
-            self.corner_base.append(total)
-            total += mask.bit_count()
-        self.corners = total
 
-    def _read(self, data, corners):
+    def _read(self, data):
         grid, mixed = self.grid, self.grid.mixed_bricks
         offset = 0
 
@@ -136,8 +126,6 @@ class Occupancy:
             return list(values)
 
         brick_states = array("Q", 2 * mixed)
-        self.brick_corners = array("Q", mixed) if corners else []
-        self.stored_corner_base = array("I", mixed) if corners else []
         self.stored_voxel_base = array("I", mixed)
         self.table = array("H", grid.brick_count)
         named = [entry - 3 for entry in self.table if entry >= 3]
@@ -155,13 +143,10 @@ class Occupancy:
                 else:
                     require(state == OUTSIDE, self.place, f"bits of a voxel beyond the grid, {at}")
 
-    def _decode(self, data, corners):
-        grid = self.grid
+    def _decode(self, data):
         decoder = Decoder(data, self.place)
         kinds = self._decode_bricks(decoder)
         self._decode_voxels(decoder, kinds)
-        if corners:
-            self._decode_corners(decoder, kinds, grid.forms & CODED_CORNERS)
         decoder.finish()
 
     def _decode_bricks(self, decoder):
@@ -217,35 +202,3 @@ class Occupancy:
                     state = decoder.symbol(state_models, like, 2)
                     require(state != 3, self.place, "coded: a state of 3")
                 states[grid.voxel_number(x, y, z)] = state
-
-    def _decode_corners(self, decoder, kinds, coded):
-        grid, models = self.grid, Models()
-        differs = False
-
-        def surface(x, y, z):
-            return grid.within(x, y, z) and self.state(x, y, z) == SURFACE
-
-        for (x0, y0, z0), kind in kinds.items():
-            if kind != 3:
-                continue
-            mask = 0
-            for bit in range(64):
-                x, y, z = x0 + (bit & 3), y0 + (bit >> 2 & 3), z0 + (bit >> 4)
-                expected = any(surface(x - (b & 1), y - (b >> 1 & 1), z - (b >> 2)) for b in range(8))
-                there = decoder.bit(models[expected]) if coded else expected
-                differs |= bool(there) != expected
-                mask |= bool(there) << bit
-            self.brick_corners.append(mask)
-        require(differs or not coded, self.place, "coded: corners are coded, but are those around surface voxels")
-
-    def corner(self, x, y, z):
-        """The number of a corner's vector of features, or None."""
-        bricks = self.grid.bricks
-        entry = self.table[(x >> 2) + bricks[0] * ((y >> 2) + bricks[1] * (z >> 2))]
-        if entry < 3:
-            return None
-        mask = self.brick_corners[entry - 3]
-        bit = (x & 3) + 4 * (y & 3) + 16 * (z & 3)
-        if not mask >> bit & 1:
-            return None
-        return self.corner_base[entry - 3] + (mask & ((1 << bit) - 1)).bit_count()

@@ -1,21 +1,25 @@
-"""`segment` objects (docs/format.md, "`segment`, 120 bytes", "Network", "The feature payload", "The weights
-payload", and "Coded payloads": "Features"; docs/answers.md, "segment").
+"""The networks of objects, and `segment` objects: planes, and a network for what they leave open (docs/format.md,
+"Network, 64 bytes", "MLP, 80 bytes", "The corners payload", "The feature payload", "The weights payload", and "Coded
+payloads": "Features"; docs/answers.md, "segment").
 """
 
 import math
 import struct
 from operator import mul
 
-from cells import Cells
 from coding import Decoder, Models
 from container import Payloads, require, require_range, reserved
-from grid import CODED_CELLS, CODED_FEATURES, CODED_OCCUPANCY, Grid, Occupancy, check_coding
+from grid import SURFACE, check_expansion
 from proof import proven
 from single import divide, index, least, single
 from walk import OPEN, walk
 
 
-class Network:
+# Bits of `forms` of networks.
+CODED_FEATURES, CORNERS_AROUND = 1, 2
+
+
+class Mlp:
     def __init__(self, fields, payload, place):
         count, logit_scale, shapes, threshold, zero = fields[0], fields[1], fields[2:14], fields[14], fields[15]
         require_range(count, 1, 4, place, "number of layers")
@@ -53,23 +57,72 @@ class Network:
             x = [min(max((s + half) >> shift, 0), 127) for s in sums]
 
 
-def _features(grid, corners, floats, data):
+class Corners:
+    """Which corners have features, and which number each one has."""
+
+    def __init__(self, occupancy, data, around, place):
+        self.occupancy = occupancy
+        mixed = occupancy.grid.mixed_bricks
+        if around:
+            self.masks = self._around()
+        else:
+            self.masks = struct.unpack_from(f"<{mixed}Q", data)
+        self.base, self.count = [], 0
+        for mask in self.masks:
+            self.base.append(self.count)
+            self.count += mask.bit_count()
+        if not around:
+            stored = list(struct.unpack_from(f"<{mixed}I", data, 8 * mixed))
+            require(stored == self.base, place, "corner_base does not count corners")
+
+    def _around(self):
+        """Those around surface voxels."""
+        occupancy, grid = self.occupancy, self.occupancy.grid
+
+        def surface(x, y, z):
+            return grid.within(x, y, z) and occupancy.state(x, y, z) == SURFACE
+
+        masks = []
+        for (x0, y0, z0), entry in zip(grid.brick_places(), occupancy.table):
+            if entry < 3:
+                continue
+            mask = 0
+            for bit in range(64):
+                x, y, z = x0 + (bit & 3), y0 + (bit >> 2 & 3), z0 + (bit >> 4)
+                mask |= any(surface(x - (b & 1), y - (b >> 1 & 1), z - (b >> 2)) for b in range(8)) << bit
+            masks.append(mask)
+        return masks
+
+    def number(self, x, y, z):
+        """Of a corner's vector of features, or None."""
+        bricks = self.occupancy.grid.bricks
+        entry = self.occupancy.table[(x >> 2) + bricks[0] * ((y >> 2) + bricks[1] * (z >> 2))]
+        if entry < 3:
+            return None
+        mask = self.masks[entry - 3]
+        bit = (x & 3) + 4 * (y & 3) + 16 * (z & 3)
+        if not mask >> bit & 1:
+            return None
+        return self.base[entry - 3] + (mask & ((1 << bit) - 1)).bit_count()
+
+
+def _features(coded, corners, floats, data, place):
     """A tuple of values for each corner."""
     count = corners * floats
-    if grid.forms & CODED_FEATURES:
-        decoder, models = Decoder(data, grid.place + ": features"), Models()
+    if coded:
+        decoder, models = Decoder(data, place + ": features"), Models()
         numbers = [decoder.symbol(models, n % floats, 8) for n in range(count)]
         decoder.finish()
         numbers = [n - 256 if n > 127 else n for n in numbers]
     else:
         numbers = struct.unpack(f"<{count}b", data)
-    require(-128 not in numbers, grid.place, "a feature of -128")
+    require(-128 not in numbers, place, "a feature of -128")
     return [tuple(numbers[n : n + floats]) for n in range(0, count, floats)]
 
 
 class Segment:
-    def __init__(self, cells, features, floats, samples, length_scale, network):
-        self.cells, self.features, self.floats, self.samples = cells, features, floats, samples
+    def __init__(self, cells, corners, features, floats, samples, length_scale, network):
+        self.cells, self.corners, self.features, self.floats, self.samples = cells, corners, features, floats, samples
         self.network = network
         self.voxels_per_cell = 1.0 / (1 << cells.grid.levels)
         self.total_scale = single(length_scale * self.voxels_per_cell)
@@ -121,7 +174,7 @@ class Segment:
             weight = 1
             for a in range(3):
                 weight *= fraction[a] if b >> a & 1 else 128 - fraction[a]
-            corner = self.cells.occupancy.corner(*(voxel[a] + (b >> a & 1) for a in range(3)))
+            corner = self.corners.number(*(voxel[a] + (b >> a & 1) for a in range(3)))
             if corner is not None:
                 sums = [s + weight * f for s, f in zip(sums, self.features[corner])]
         return [s >> 22 for s in sums]
@@ -139,45 +192,40 @@ class Segment:
 
 
 def read(file):
-    records = file.sections["SEGM"].records("I4f3I4If5I6Q")
-    require(len(records) == len(file.of_encoding(1)), "SEGM", "a record that belongs to no object")
     payloads = Payloads(file.sections["WGTS"])
-    networks = []
-    for number, fields in enumerate(file.sections["NETS"].records("If12IiIQQ")):
-        place = f"network {number}"
-        networks.append(Network(fields, payloads.take(*fields[16:18], place), place))
+    mlps = []
+    for number, fields in enumerate(file.sections["MLPS"].records("If12IiIQQ")):
+        place = f"mlp {number}"
+        mlps.append(Mlp(fields, payloads.take(*fields[16:18], place), place))
     payloads.finish()
 
-    occupancies, features, cells = (Payloads(file.sections[name]) for name in ("OCCU", "FEAT", "CELL"))
-    objects = []
-    for number, fields in enumerate(records):
-        place = f"segment {number}"
-        network, mixed, corners, floats, samples, length_scale = fields[0], *fields[8:13]
-        levels, surface, parts, forms, zero = fields[13:18]
-        require(network < len(networks), place, f"network {network} of {len(networks)}")
+    all_corners, all_features = (Payloads(file.sections[name]) for name in ("CORN", "FEAT"))
+    segments = []
+    for number, (item, fields) in enumerate(zip(file.having("network"), file.records("network", "4IfI2I4Q"))):
+        place = f"network {number}"
+        mlp, corners, floats, samples, length_scale, forms = fields[0:6]
+        cells = item.planes
+        require(mlp < len(mlps), place, f"mlp {mlp} of {len(mlps)}")
         require_range(floats, 1, 8, place, "features_per_corner")
         require(samples % 4 == 0 and 4 <= samples <= 32, place, f"samples is {samples}")
-        require(samples * (floats + 1) + 8 == networks[network].inputs, place, "the network has another number of inputs")
+        require(samples * (floats + 1) + 8 == mlps[mlp].inputs, place, "the network has another number of inputs")
         require(length_scale >= 0 and length_scale - length_scale == 0, place, "length_scale is not finite and at least 0")
-        require(forms < 32, place, f"forms is {forms}")
-        reserved((zero,), place)
-        grid = Grid(place, fields[1:4], fields[4], fields[5:8], levels, mixed, surface, parts, forms)
-        of_occupancy, of_features, of_cells = (
-            p.take(*fields[18 + 2 * nth : 20 + 2 * nth], place) for nth, p in enumerate((occupancies, features, cells))
-        )
+        require(forms < 4, place, f"forms is {forms}")
+        reserved(fields[6:8], place)
+        of_corners, of_features = all_corners.take(*fields[8:10], place), all_features.take(*fields[10:12], place)
+        mixed = cells.grid.mixed_bricks
         require(corners <= 64 * mixed, place, f"{corners} corners in {mixed} mixed bricks")
-        check_coding(
-            grid,
-            [
-                (of_occupancy, grid.occupancy_size(True), forms & CODED_OCCUPANCY),
-                (of_features, corners * floats, forms & CODED_FEATURES),
-                (of_cells, grid.cells_size(), forms & CODED_CELLS),
-            ],
-        )
-        occupancy = Occupancy(grid, of_occupancy, True)
-        require(occupancy.corners == corners, place, f"corners is {corners}, but there are {occupancy.corners}")
-        vectors = _features(grid, corners, floats, of_features)
-        objects.append(Segment(Cells(grid, occupancy, of_cells), vectors, floats, samples, length_scale, networks[network]))
-    for payloads in (occupancies, features, cells):
-        payloads.finish()
-    return objects
+        around, coded = forms & CORNERS_AROUND, forms & CODED_FEATURES
+        size = 0 if around else 12 * mixed
+        require(len(of_corners) == size, place, f"a payload of corners has {len(of_corners)} bytes, not {size}")
+        size = corners * floats
+        fits = len(of_features) < size if coded else len(of_features) == size
+        require(fits, place, f"a payload of features has {len(of_features)} bytes, uncoded {size}")
+        check_expansion(place, forms, 12 * mixed + corners * floats, len(of_corners) + len(of_features))
+        where = Corners(cells.occupancy, of_corners, around, place)
+        require(where.count == corners, place, f"corners is {corners}, but there are {where.count}")
+        vectors = _features(coded, corners, floats, of_features, place)
+        segments.append(Segment(cells, where, vectors, floats, samples, length_scale, mlps[mlp]))
+    all_corners.finish()
+    all_features.finish()
+    return segments

@@ -176,7 +176,7 @@ class Field:
 
 def read(file):
     records = file.sections["SPHR"].records("I3H4BHQQ")
-    objects = file.of_encoding(2)
+    objects = file.having("spherical")
     require(len(records) == len(objects), "SPHR", "a record that belongs to no object")
     payloads = Payloads(file.sections["SWGT"])
     pairs = []

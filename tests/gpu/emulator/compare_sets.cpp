@@ -15,11 +15,11 @@ namespace nif::test {
 constexpr size_t kRaysOfBatch = 20'011;
 
 std::vector<CardWay> ways_for(const format::ObjectView& object) {
-  if (object.is<format::SegmentView>()) return all_ways();
+  if (object.is<kernels::SegmentField>()) return all_ways();
   std::vector<CardWay> ways;
   for (const MatrixKind kind : {MatrixKind::dot32, MatrixKind::dot64}) {
     ways.push_back({kind, runtime::GpuWay::one_kernel});
-    if (object.is<format::SphericalView>()) ways.push_back({kind});
+    if (object.is<kernels::SphericalField>()) ways.push_back({kind});
   }
   return ways;
 }

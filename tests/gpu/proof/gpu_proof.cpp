@@ -146,9 +146,8 @@ class Proof {
       Scenes scenes(devices_);
       for (size_t d = 0; d < 3; ++d) scenes.of[d].add_instance(assets[d], object, placed(0, 0));
       std::string encoding;
-      format::for_each_encoding([&](auto known) {
-        if (known.kNumber == uint32_t(info.encoding)) encoding = known.kName;
-      });
+      for (const kernels::EncodingName& known : kernels::kEncodings)
+        if (known.number == uint32_t(info.encoding)) encoding = known.name;
       ask(name + " " + std::to_string(object) + ": " + encoding, scenes);
     }
     Scenes crowd(devices_);

@@ -1,0 +1,53 @@
+// Baking of `bvh` objects: exact, and nothing is trained.
+#pragma once
+
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "bake/choice.hpp"
+#include "formats/nif/asset.hpp"
+
+namespace nif::bake {
+
+class Encoder;
+struct BakeOptions;
+struct ObjectReport;
+struct Prepared;
+struct RaySource;
+
+struct BvhBaking {
+  using Field = kernels::TrianglesField;
+  struct Options {};
+  struct Report {};
+  static constexpr bool kAutomatic = true;
+  static constexpr std::string_view kStandsInFor = "exact";
+  static constexpr bool kGrids = false;
+  static constexpr AnswerKind kKind = AnswerKind::exact;
+  static constexpr const char* kHelp = "exact, about 18 bytes per triangle, no training";
+  static std::unique_ptr<Encoder> make(const BakeOptions& options);
+};
+
+inline void add_report(const BvhBaking::Report&, nlohmann::ordered_json&) {}
+inline void add_metadata(const BvhBaking::Report&, const ObjectReport&, const format::Object&,
+                         nlohmann::ordered_json&) {}
+
+/// Gives an object the triangles of a prepared mesh, and their numbers in the source mesh if these are wanted.
+/// Returns what they take of a file.
+uint64_t lay_out_triangles(const Prepared& prepared, const BakeOptions& options, format::Object& object);
+
+/// What rays take of the fast kernels, by which encodings are compared.
+struct BvhCounts {
+  uint64_t nodes = 0;  ///< leaves grow with them, and would say no more
+
+  BvhCounts operator+(const BvhCounts& other) const { return {nodes + other.nodes}; }
+  double nanoseconds() const;
+};
+BvhCounts count_work(const kernels::TrianglesField& field, std::span<const kernels::Segment> rays);
+/// Mean work of a ray, as mean_work().
+double work_of(const kernels::TrianglesField& field, const RaySource& source, uint64_t seed);
+
+}  // namespace nif::bake

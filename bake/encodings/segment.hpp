@@ -1,0 +1,76 @@
+// Baking of `segment` objects: an occupancy grid, and a field that is trained for the rest.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "bake/choice.hpp"
+#include "bake/network/lean.hpp"
+#include "bake/planes/shape.hpp"
+#include "formats/nif/asset.hpp"
+#include "kernels/reference/planes/walk.hpp"
+
+namespace nif::bake {
+
+class Encoder;
+struct BakeOptions;
+struct ObjectReport;
+struct RaySource;
+
+struct SegmentBaking {
+  using Field = kernels::SegmentField;
+  struct Options {
+    double scale = 1;  ///< of the grids; other than 1: whatever that takes
+    std::optional<uint32_t>
+        resolution;            ///< finest cells along the longest side, in place of what fits the budget
+    std::optional<Lean> lean;  ///< to which side answers lean; `bvh` objects need not, and others cannot
+  };
+  struct Report : GridReport {
+    std::optional<LeanReport> lean;
+  };
+  static constexpr bool kAutomatic = true;
+  static constexpr std::string_view kStandsInFor = "";
+  static constexpr bool kGrids = true;
+  static constexpr AnswerKind kKind = AnswerKind::learned;
+  static constexpr const char* kHelp = "small fields, some answers are wrong";
+  static std::unique_ptr<Encoder> make(const BakeOptions& options);
+};
+
+void add_report(const SegmentBaking::Report& report, nlohmann::ordered_json& json);
+void add_metadata(const SegmentBaking::Report& report, const ObjectReport& all, const format::Object& object,
+                  nlohmann::ordered_json& json);
+
+/// What rays take of the fast kernels, by which encodings are compared.
+struct SegmentCounts {
+  uint64_t rays = 0;
+  uint64_t pieces = 0;     ///< that the walk passes in mixed bricks: a fast one leaps over the others
+  uint64_t ambiguous = 0;  ///< rays that the network is asked
+
+  SegmentCounts operator+(const SegmentCounts& other) const {
+    return {rays + other.rays, pieces + other.pieces, ambiguous + other.ambiguous};
+  }
+  double nanoseconds() const;
+};
+/// Is shown the pieces of a walk, and counts those in mixed bricks.
+struct CountPieces {
+  const kernels::PlanesField& field;
+  uint64_t& pieces;
+
+  void operator()(const kernels::Piece& piece) const {
+    int32_t voxel[3];
+    for (int a = 0; a < 3; ++a) voxel[a] = piece.low[a] >> field.levels;
+    pieces += kernels::brick_place(field, voxel).entry >= kernels::kFirstMixedBrick;
+  }
+};
+/// Features and network do not matter to it.
+SegmentCounts count_work(const kernels::SegmentField& field, std::span<const kernels::Segment> rays);
+/// Mean work of a ray, as mean_work().
+double work_of(const kernels::SegmentField& field, const RaySource& source, uint64_t seed);
+
+}  // namespace nif::bake

@@ -1,0 +1,71 @@
+// A threshold that makes an object's answers lean to one side, so that one kind of error stays below a rate.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "bake/oracle/ray_sets.hpp"
+#include "formats/nif/network/part.hpp"
+
+namespace nif::bake {
+
+/// The two ways to be wrong, see Accuracy.
+enum class Mistake { leak, spurious };
+std::string_view name_of(Mistake mistake);
+std::optional<Mistake> mistake_named(std::string_view name);
+
+/// What a threshold is to do: keep a mistake at or below a share of all rays of every ray set.
+struct Lean {
+  Mistake mistake = Mistake::leak;
+  double rate = 0;  ///< 0..1
+};
+
+/// What a threshold came to on held-out rays.
+struct LeanReport {
+  struct Set {
+    uint64_t rays = 0, wrong = 0;  ///< held out; of those, with this mistake
+    double bound = 0;              ///< the mistake's share of all rays is below this with 99 % confidence
+  };
+  Lean asked;
+  int32_t threshold = 0;
+  /// No answer can be this mistake: the network's answers are all alike, because no threshold between could
+  /// be shown to meet the rate. Then nothing is counted.
+  bool proven = false;
+  std::array<Set, kRaySets.size()> sets{};  ///< by RaySet; without rays where the object has none
+
+  /// The set with the highest bound.
+  RaySet worst() const;
+};
+
+/// "leans against leaks: ..."; a sentence without a full stop.
+std::string describe(const LeanReport& report);
+nlohmann::ordered_json to_json(const LeanReport& report);
+
+/// The held-out rays of one set, as far as a threshold cares.
+struct HeldOut {
+  uint64_t rays = 0;  ///< all of them
+  /// Of the rays with the mistake: by how much the output would have to move for the other answer, less one.
+  std::vector<uint32_t> excess;
+};
+
+/// By how much outputs have to move so that the share of rays with a mistake is at most `rate` in every set,
+/// with 99 % confidence (Clopper and Pearson 1934). 0 where they need not. nullopt where there are too few
+/// rays to show it of any. Sorts `excess`, largest first. Sets without rays are passed over.
+///
+/// The counts are of the rays that the answer is chosen by. The confidence holds all the same: a smaller move
+/// has no fewer mistakes, so a move that is too small is chosen only if the largest of these seems good
+/// enough.
+std::optional<uint32_t> least_move(std::span<HeldOut> sets, double rate);
+
+/// Moves the threshold of a trained field's network as asked. `object` and `network` are the field. Throws
+/// Error(interrupted) once `cancel` is set. The result does not depend on the number of threads.
+LeanReport lean(const RaySource& source, const format::Object& object, const Lean& asked, uint64_t seed,
+                const std::atomic<bool>& cancel, format::Mlp& network);
+
+}  // namespace nif::bake

@@ -1,0 +1,67 @@
+// Runs the fastest CPU kernel with a tiny network of zeros. An answer that is not certain tells that the
+// network was asked, so the segment is open. Where there is no such kernel, the reference walks instead.
+#include "bake/network/open_filter.hpp"
+
+#include <algorithm>
+
+#include "kernels/cpu/encodings/segment.hpp"
+#include "kernels/reference/batch.hpp"
+#include "kernels/reference/planes/walk.hpp"
+
+namespace nif::bake {
+
+using kernels::Segment;
+
+/// The smallest network that takes the field's inputs: whether it is asked is all that is looked at.
+struct OpenFilter::BlankNetwork {
+  std::vector<int8_t> weights;
+  std::vector<int32_t> biases = std::vector<int32_t>(1);
+};
+
+OpenFilter::OpenFilter(const kernels::SegmentField& field)
+    : field_(field), network_(std::make_unique<BlankNetwork>()) {
+  const uint32_t inputs = kernels::input_count(field.samples, field.features_per_corner);
+  network_->weights.resize(inputs);
+  field_.network = {};
+  field_.network.layer_count = 1;
+  field_.network.layers[0] = {inputs, 1, 0, network_->weights.data(), network_->biases.data()};
+  using kernels::cpu::Isa;
+  for (const Isa isa : {Isa::avx512, Isa::avx2, Isa::sse4, Isa::neon}) {
+    if (!kernels::cpu::available(isa)) continue;
+    kernel_ = kernels::cpu::make_kernel(field_, {isa, std::pmr::new_delete_resource(), copies_});
+    break;
+  }
+}
+
+OpenFilter::~OpenFilter() = default;
+
+void OpenFilter::select(std::span<const Segment> segments, std::vector<uint32_t>& open) const {
+  if (!kernel_) {
+    kernels::Walk walk;
+    for (uint32_t i = 0; i < segments.size(); ++i) {
+      kernels::walk_segment(field_, segments[i], walk);
+      if (walk.verdict == kernels::Verdict::ambiguous) open.push_back(i);
+    }
+    return;
+  }
+  struct Work {
+    kernels::SegmentBatch batch;
+    kernels::AnswerBatch answers;
+    alignas(64) std::byte scratch[kernels::kKernelScratchBytes];
+  };
+  const auto work = std::make_unique_for_overwrite<Work>();
+  for (size_t first = 0; first < segments.size(); first += kernels::kBatchRays) {
+    const std::span<const Segment> part =
+        segments.subspan(first, std::min<size_t>(kernels::kBatchRays, segments.size() - first));
+    work->batch.count = uint32_t(part.size());
+    for (uint32_t i = 0; i < part.size(); ++i) kernels::set_segment(work->batch, i, part[i]);
+    kernel_->answer(work->batch, work->answers, work->scratch);
+    for (uint32_t i = 0; i < part.size(); ++i) {
+      const int32_t logit = work->answers.logit[i];
+      if (logit != kernels::kCertainLogit && logit != -kernels::kCertainLogit)
+        open.push_back(uint32_t(first) + i);
+    }
+  }
+}
+
+}  // namespace nif::bake

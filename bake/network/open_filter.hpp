@@ -1,0 +1,33 @@
+// Which of many segments the walk leaves open: open ones are rare, so the search is as fast as queries are.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "kernels/cpu/shared_copies.hpp"
+#include "kernels/reference/network/field.hpp"
+#include "kernels/reference/object_kernel.hpp"
+#include "kernels/reference/ray.hpp"
+
+namespace nif::bake {
+
+class OpenFilter {
+ public:
+  /// `field` must outlive this; its features and its network do not matter.
+  explicit OpenFilter(const kernels::SegmentField& field);
+  ~OpenFilter();
+
+  /// Appends the numbers of those that are open, in ascending order. Thread-safe. The same on every machine,
+  /// because kernels give the same bits.
+  void select(std::span<const kernels::Segment> segments, std::vector<uint32_t>& open) const;
+
+ private:
+  struct BlankNetwork;
+  kernels::SegmentField field_;
+  std::unique_ptr<BlankNetwork> network_;
+  kernels::cpu::SharedCopies copies_;
+  kernels::KernelPointer kernel_;  ///< none where this machine has no instruction set that there is one for
+};
+
+}  // namespace nif::bake

@@ -1,0 +1,31 @@
+// What is proven within surface voxels: planes around the triangles of each cell, walls and sides.
+#pragma once
+
+#include <string_view>
+
+#include "bake/planes/voxelize.hpp"
+#include "formats/nif/planes/part.hpp"
+
+namespace nif::bake {
+
+struct CellCounts {
+  size_t parts = 0;   ///< of all voxels that are cut
+  size_t planes = 0;  ///< cells with planes
+  size_t walls = 0;   ///< of those, with a wall
+  size_t bare = 0;    ///< of those, that prove nothing
+};
+
+/// Fills voxel_base, voxel_records and parts of `data`, in which store_occupancy() has put the rest of the
+/// grid. A cell is cut where its planes are more than `thickness` finest cells apart, or half of that where
+/// there is no wall; where that makes more than `most_parts`, at twice the thickness, and so on. `thickness`
+/// is above 0; `name` is what messages call the object. Runs on all threads; the result does not depend on
+/// their number.
+CellCounts fit_cells(const Grid& grid, const mesh::CleanMesh& mesh, const SurfaceVoxels& surface,
+                     double thickness, std::string_view name, format::PlanesData& data,
+                     size_t most_parts = kernels::kMaxParts);
+
+/// The last step of fit_cells(): finds which sides of planes are outside and inside, and stores that in their
+/// kinds, whose walls it keeps. Throws Error(internal) where planes join what is outside with what is inside.
+CellCounts set_sides(std::string_view name, format::PlanesData& data);
+
+}  // namespace nif::bake

@@ -1,0 +1,95 @@
+// How fine an object's grid is: what a preset comes to, within a budget of bytes.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <nlohmann/json_fwd.hpp>
+#include <string_view>
+
+#include "bake/oracle/prepare.hpp"
+#include "bake/planes/cells.hpp"
+#include "bake/planes/occupancy.hpp"
+
+namespace nif::bake {
+
+struct BakeOptions;
+
+/// Of which a preset has one.
+struct GridShape {
+  uint32_t voxels;   ///< along the longest side
+  uint32_t levels;   ///< how often a voxel is cut in two along each axis, at most
+  double thickness;  ///< times the bias: how far apart planes are where a cell is cut
+  uint64_t budget;   ///< bytes of an object, see budget_for()
+};
+
+/// In place of a budget: grids are as the options say, whatever that takes.
+inline constexpr uint64_t kNoBudget = ~uint64_t{0};
+
+/// What `resolution` finest cells along the longest side come to.
+void set_resolution(uint32_t resolution, GridShape& shape);
+
+/// Whether a grid can be made at this scale.
+bool has_scale(const GridShape& shape, double scale);
+
+/// What the grid of an object may take, with what is trained in it: half of what a BVH would, but for very
+/// small ones, and no more than the preset says, or so many times as much as the object has the root of
+/// millions of triangles.
+uint64_t budget_for(const GridShape& shape, uint64_t triangles);
+
+/// How much finer the grid of a large object is than the preset says, as far as its budget allows.
+double growth_for(const GridShape& shape, uint64_t triangles);
+
+/// Makes grids until one takes no more than its budgets, where `bounded` says that they count: make(scale)
+/// makes one, and returns how many times a budget it takes. Returns the scale, without the growth of large
+/// objects.
+template <class Make>
+double fit_budget(const GridShape& shape, double scale, bool bounded, uint64_t triangles, const Make& make) {
+  const double growth = growth_for(shape, triangles);
+  for (;;) {
+    const double times = make(scale * growth);
+    // Bytes fall with the square of the scale, or a little faster.
+    const double next = scale * std::clamp(std::pow(times, -1 / 2.5), 0.3, 0.85);
+    if (!bounded || times <= 1 || !has_scale(shape, next)) return scale;
+    scale = next;
+  }
+}
+
+/// What is reported of a grid.
+struct GridReport {
+  std::array<uint32_t, 3> voxels{};
+  size_t surface_voxels = 0, inside_voxels = 0, unknown_voxels = 0;
+  size_t parts = 0;   ///< of surface voxels that are cut
+  size_t planes = 0;  ///< surface voxels and parts with planes
+  size_t walls = 0;   ///< of those, with a wall
+};
+
+void add_grid(const GridReport& report, nlohmann::ordered_json& json);
+
+/// A grid at a scale of the shape, before it is stored.
+struct LaidOut {
+  Grid grid;
+  SurfaceVoxels surface;  ///< without marks
+  Occupancy occupancy;
+  double thickness;  ///< for fit_cells()
+};
+/// `cut`: voxels are cut however few there are.
+LaidOut lay_out_grid(const Prepared& prepared, const GridShape& shape, double scale, bool cut);
+
+/// Of an object without features.
+GridShape proof_shape_for(const BakeOptions& options);
+/// What of the options it depends on.
+void add_shape_options(const BakeOptions& options, nlohmann::ordered_json& json);
+
+/// fit_cells() of what store_occupancy() has stored, and the report.
+GridReport fit_planes(const Prepared& prepared, const LaidOut& grid, std::string_view name,
+                      format::PlanesData& data);
+
+/// A grid without features within its budgets, as fit_budget(), of a file and of memory: `count` says what it
+/// takes of a file. Returns its scale.
+double fit_proof(const Prepared& prepared, const GridShape& shape, double scale, bool bounded,
+                 const BakeOptions& options, std::string_view name, format::PlanesData& data,
+                 GridReport& report, const std::function<uint64_t()>& count);
+
+}  // namespace nif::bake

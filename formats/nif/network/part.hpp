@@ -1,0 +1,182 @@
+// The network part, as files hold it: features at corners of the planes' voxels, and networks, which objects
+// may share.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "formats/nif/layout.hpp"
+#include "formats/nif/part_bytes.hpp"
+#include "formats/nif/records.hpp"
+#include "formats/nif/sections.hpp"
+#include "kernels/reference/network/field.hpp"
+
+namespace nif::format {
+
+struct Asset;
+struct AssetView;
+struct Object;
+struct ObjectView;
+
+enum NetworkSection : uint32_t {
+  kNetworks = fourcc("NETW"),  ///< NetworkRecord[]
+  kMlps = fourcc("MLPS"),      ///< MlpRecord[]
+  kWeights = fourcc("WGTS"),   ///< the payload of each MlpRecord
+  kCorners = fourcc("CORN"),   ///< a payload of each NetworkRecord
+  kFeatures = fourcc("FEAT"),  ///< a payload of each NetworkRecord
+};
+
+/// How the payloads are stored, as bits.
+enum NetworkForm : uint32_t {
+  kCodedFeatures = 1,
+  kCornersAround = 2,  ///< corners with features are those around surface voxels: their payload is empty
+  kNetworkForms = 3    ///< all bits
+};
+
+struct NetworkRecord {  // 64 bytes: the members of kernels::NetworkField of the same names
+  uint32_t mlp;         ///< index into kMlps; objects may share one
+  uint32_t corners;
+  uint32_t features_per_corner;
+  uint32_t samples;
+  float length_scale;
+  uint32_t forms;         ///< NetworkForm
+  uint32_t reserved[2];   ///< 0
+  Payload brick_corners;  ///< brick_corners, corner_base, in that order, without gaps
+  Payload features;       ///< [corners][features_per_corner] int8
+};
+static_assert(sizeof(NetworkRecord) == 64);
+
+struct LayerRecord {  // 12 bytes
+  uint32_t inputs, outputs, shift;
+};
+
+struct MlpRecord {  // 80 bytes
+  uint32_t layer_count;
+  float logit_scale;
+  LayerRecord layers[4];  ///< those beyond layer_count are 0
+  int32_t threshold;      ///< what the last layer's bias already lacks
+  uint32_t reserved;      ///< 0
+  Payload weights;        ///< for each layer in turn, without gaps (inputs is a multiple of 4):
+                          ///< int32 biases [outputs], int8 weights [outputs][inputs]
+};
+static_assert(sizeof(MlpRecord) == 80);
+
+struct Layer {
+  uint32_t inputs = 0, outputs = 0, shift = 0;
+  std::vector<int32_t> biases;  ///< [outputs]
+  std::vector<int8_t> weights;  ///< [outputs][inputs]
+};
+
+/// A multilayer perceptron in integers, as kernels::Network. Logits are less by `threshold` than what was
+/// trained, because the last bias is: see lean().
+struct Mlp {
+  std::vector<Layer> layers;
+  float logit_scale = 1;
+  int32_t threshold = 0;
+
+  kernels::Calibration calibration() const { return {logit_scale, threshold}; }
+};
+
+/// The least and the largest output of a network, for any inputs. int64: a network need not be valid.
+struct OutputRange {
+  int64_t least, largest;
+};
+OutputRange output_range(const Mlp& mlp);
+
+/// Raises the threshold, and lowers every output, by `by`: answers lean to occluded where it is above 0.
+/// Probabilities stay.
+void lean(Mlp& mlp, int32_t by);
+
+/// The network part of one object; members as in kernels::NetworkField.
+struct NetworkData {
+  uint32_t mlp = 0;  ///< index into Asset::mlps
+  std::vector<uint64_t> brick_corners;
+  std::vector<uint32_t> corner_base;
+  std::vector<int8_t> features;
+  uint32_t corners = 0;
+  uint32_t features_per_corner = 0;
+  uint32_t samples = 0;
+  float length_scale = 0;
+  uint32_t coded = 0;  ///< NetworkForm: what a file is to have so, where that is possible and smaller
+};
+
+/// Bytes of the payloads where none is coded.
+struct UncodedNetwork {
+  uint64_t corners, features;
+
+  /// Of a record, or of what else has such members.
+  template <class Record>
+  UncodedNetwork(const Record& r, uint32_t mixed_bricks)
+      : corners(uint64_t{mixed_bricks} * (sizeof(uint64_t) + sizeof(uint32_t))),
+        features(uint64_t{r.corners} * r.features_per_corner) {}
+
+  /// Whether a file may have them coded, in so many bytes together.
+  bool may_take(uint64_t bytes) const { return corners + features <= kMostExpansion * bytes; }
+};
+
+/// The kernels' view on planes like these; valid while data and network live and are not changed.
+kernels::NetworkField field_of(const NetworkData& data, const Mlp& mlp, const kernels::PlanesField& planes);
+
+struct MlpView {
+  kernels::Network network;
+  uint64_t bytes = 0;
+};
+
+struct NetworkView {
+  uint32_t mlp = 0;             ///< index into AssetView::mlps
+  float length_scale = 0;       ///< as in NetworkData
+  kernels::NetworkField field;  ///< ready to be queried, on the planes of its object
+  PayloadBytes features;        ///< with the corners
+  uint32_t coded = 0;           ///< as in NetworkData
+
+  std::array<PartBytes, 1> parts() const { return {{{"features", features.file, features.decoded}}}; }
+  /// After this nothing points into the file, and the field cannot be queried; its numbers stay.
+  void drop_bytes();
+};
+
+/// As PlanesReader.
+class NetworkReader {
+ public:
+  /// Reads what objects share, into the asset.
+  NetworkReader(const SectionTable& sections, std::string_view file, AssetView& asset);
+  uint32_t count() const { return records_.count(); }
+  NetworkView read(uint32_t index, const ObjectView& object);
+  void finish() const;
+
+ private:
+  std::string_view file_;
+  AssetView& asset_;
+  Records<NetworkRecord> records_;
+  Payloads corners_, features_;
+};
+
+class NetworkWriter {
+ public:
+  NetworkWriter(Sections& sections, const Asset& asset);
+  void add(const NetworkData& data, const Object& object);
+
+ private:
+  Section *records_, *corners_, *features_;
+};
+
+/// As formats/nif/parts.hpp has it.
+struct NetworkPart {
+  static constexpr const char* kName = "network";
+  static constexpr uint32_t kSections[] = {kNetworks, kMlps, kWeights, kCorners, kFeatures};
+  static constexpr uint32_t kPayloads[] = {kWeights, kCorners, kFeatures};
+  using Data = NetworkData;
+  using View = NetworkView;
+  using Reader = NetworkReader;
+  using Writer = NetworkWriter;
+
+  template <class Object>
+  static auto& of(Object& object) {
+    return object.network;
+  }
+};
+
+NetworkData to_data(const NetworkView& view, const kernels::PlanesField& planes);
+Mlp to_mlp(const MlpView& view);
+
+}  // namespace nif::format

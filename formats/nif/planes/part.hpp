@@ -1,0 +1,154 @@
+// Planes, as files hold them: an occupancy grid, and what is known within its surface voxels.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "formats/nif/layout.hpp"
+#include "formats/nif/part_bytes.hpp"
+#include "formats/nif/records.hpp"
+#include "formats/nif/sections.hpp"
+#include "kernels/reference/planes/field.hpp"
+
+namespace nif::format {
+
+struct Asset;
+struct AssetView;
+struct Object;
+struct ObjectView;
+
+enum PlanesSection : uint32_t {
+  kPlanes = fourcc("PLAN"),     ///< PlanesRecord[]
+  kOccupancy = fourcc("OCCU"),  ///< each record's payload
+  kCells = fourcc("CELL"),      ///< each record's payload
+};
+
+/// How the payloads are stored, as bits. Those that are coded (docs/format.md) are decoded when a file is
+/// read, to what they would be uncoded.
+enum PlanesForm : uint32_t {
+  kCodedOccupancy = 1,
+  kCodedCells = 2,
+  kCodedPlanes = 3,  ///< both
+  kStatedKinds = 4,  ///< with kCodedCells: kinds do not say all that is proven of sides
+  kPlanesForms = 7   ///< all bits
+};
+
+struct PlanesRecord {  // 80 bytes: the members of kernels::PlanesField of the same names
+  float origin[3];
+  float voxels_per_unit;
+  uint32_t voxels[3];
+  uint32_t levels;
+  uint32_t mixed_bricks;
+  uint32_t surface_voxels;
+  uint32_t part_count;
+  uint32_t forms;     ///< PlanesForm
+  Payload occupancy;  ///< brick_states, voxel_base, brick_table, in that order, without gaps
+  Payload cells;      ///< voxel_records, parts, in that order, without gaps
+};
+static_assert(sizeof(PlanesRecord) == 80);
+
+/// The planes of one object; members as in kernels::PlanesField.
+struct PlanesData {
+  std::array<float, 3> origin{};
+  float voxels_per_unit = 0;
+  uint32_t levels = 0;
+  std::array<uint32_t, 3> voxels{};
+  std::vector<uint16_t> brick_table;
+  std::vector<kernels::BrickStates> brick_states;
+  std::vector<uint32_t> voxel_base;
+  std::vector<uint32_t> voxel_records;
+  std::vector<uint32_t> parts;
+  uint32_t coded = 0;  ///< PlanesForm: payloads that a file is to have coded, where that makes them smaller
+};
+
+/// Bricks along one axis that hold voxels + 1 corners.
+constexpr uint32_t bricks_for(uint32_t voxels) { return voxels / kernels::kBrickSide + 1; }
+
+/// Bytes of the payloads where none is coded.
+struct UncodedPlanes {
+  uint64_t bricks, occupancy, cells;
+
+  /// Of a record, or of what else has such members.
+  template <class Record>
+  explicit UncodedPlanes(const Record& r)
+      : bricks(uint64_t{bricks_for(r.voxels[0])} * bricks_for(r.voxels[1]) * bricks_for(r.voxels[2])),
+        occupancy(uint64_t{r.mixed_bricks} * (sizeof(kernels::BrickStates) + sizeof(uint32_t)) +
+                  bricks * sizeof(uint16_t)),
+        cells((uint64_t{r.surface_voxels} + r.part_count) * sizeof(uint32_t)) {}
+
+  /// Whether a file may have them coded, in so many bytes together: an uncoded table takes kBytesPerBrick.
+  bool may_take(uint64_t bytes) const {
+    constexpr uint64_t kBytesPerBrick = 2;
+    return occupancy + cells <= kMostExpansion * bytes && kBytesPerBrick * bricks <= bytes;
+  }
+};
+
+/// Puts planes that prove nothing into every surface voxel: voxel_base and voxel_records by brick_states.
+void leave_bare(PlanesData& data);
+
+/// The kernels' view; valid while the data lives and is not changed.
+kernels::PlanesField field_of(const PlanesData& data);
+
+/// Whether a reader would take the numbers and the bricks.
+bool in_order(const PlanesData& data);
+
+struct PlanesView {
+  kernels::PlanesField field;  ///< ready to be queried
+  PayloadBytes occupancy, cells;
+  uint32_t coded = 0;  ///< as in PlanesData
+
+  std::array<PartBytes, 2> parts() const {
+    return {{{"occupancy", occupancy.file, occupancy.decoded}, {"planes", cells.file, cells.decoded}}};
+  }
+  /// After this nothing points into the file, and the field cannot be queried; its numbers stay.
+  void drop_bytes();
+};
+
+/// Throws nif::Error (Status::damaged_nif) with the place, as all readers here do.
+class PlanesReader {
+ public:
+  PlanesReader(const SectionTable& sections, std::string_view file, AssetView& asset);
+  uint32_t count() const { return records_.count(); }
+  /// Each record once, in order.
+  PlanesView read(uint32_t index, const ObjectView& object);
+  /// After the last one.
+  void finish() const;
+
+ private:
+  std::string_view file_;
+  DecodedPayloads& decoded_;
+  Records<PlanesRecord> records_;
+  Payloads occupancy_, cells_;
+};
+
+class PlanesWriter {
+ public:
+  PlanesWriter(Sections& sections, const Asset& asset);
+  void add(const PlanesData& data, const Object& object);
+
+ private:
+  Section *records_, *occupancy_, *cells_;
+};
+
+/// As formats/nif/parts.hpp has it.
+struct PlanesPart {
+  static constexpr const char* kName = "planes";
+  static constexpr uint32_t kSections[] = {kPlanes, kOccupancy, kCells};
+  static constexpr uint32_t kPayloads[] = {kOccupancy, kCells};
+  using Data = PlanesData;
+  using View = PlanesView;
+  using Reader = PlanesReader;
+  using Writer = PlanesWriter;
+
+  /// Of an object's record, data or view.
+  template <class Object>
+  static auto& of(Object& object) {
+    return object.planes;
+  }
+};
+
+PlanesData to_data(const PlanesView& view);
+
+}  // namespace nif::format

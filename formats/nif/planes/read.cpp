@@ -1,0 +1,135 @@
+// Coded payloads are decoded first, then checked like uncoded ones: a decoder is not trusted. Words come
+// before sides. What planes prove is worked out again, and a file may claim no more than that.
+#include <algorithm>
+#include <cmath>
+
+#include "formats/nif/coded_payloads.hpp"
+#include "formats/nif/planes/check.hpp"
+#include "formats/nif/planes/coded_cells.hpp"
+#include "formats/nif/planes/coded_occupancy.hpp"
+#include "formats/nif/planes/part.hpp"
+#include "formats/nif/reader.hpp"
+
+namespace nif::format {
+namespace {
+
+/// Checks the numbers of a grid, and sets those of `field`.
+void read_numbers(const PlanesRecord& record, const Place& place, kernels::PlanesField& field) {
+  place.require((record.forms & ~uint32_t{kPlanesForms}) == 0, Rule::unknown_forms);
+  place.require((record.forms & kCodedCells) != 0 || (record.forms & kStatedKinds) == 0,
+                Rule::kinds_not_coded);
+  place.require(all_finite(record.origin), Rule::origin_not_finite);
+  place.require(std::isfinite(record.voxels_per_unit) && record.voxels_per_unit > 0, Rule::voxels_per_unit);
+  std::copy_n(record.origin, 3, field.origin);
+  place.within(record.levels, 0, kernels::kMaxLevels, "levels", Rule::levels_range);
+  kernels::set_scales(record.voxels_per_unit, record.levels, field);
+  place.require(std::isfinite(field.cells_per_unit), Rule::voxels_per_unit_large);
+  for (int a = 0; a < 3; ++a) {
+    place.within(record.voxels[a], 1, std::min(kernels::kMaxVoxels, kernels::kMaxCells >> record.levels),
+                 "voxels", Rule::voxels_range);
+    field.voxels[a] = record.voxels[a];
+    field.bricks[a] = bricks_for(record.voxels[a]);
+  }
+  // The table's entries have 16 bits, which limits the mixed bricks and with them the corners.
+  place.within(record.mixed_bricks, 0, 0xffff - kernels::kFirstMixedBrick + 1, "mixed_bricks",
+               Rule::mixed_bricks_range);
+  place.within(record.part_count, 0, kernels::kMaxParts, "part_count", Rule::part_count_range);
+  field.mixed_bricks = record.mixed_bricks;
+  field.surface_voxels = record.surface_voxels;
+  field.part_count = record.part_count;
+}
+
+/// Of the field, voxels, bricks and mixed_bricks are asked.
+bool decode_occupancy(Bytes coded, const kernels::PlanesField& field, std::byte* to) {
+  RangeDecoder decoder(coded);
+  const OccupancyArrays<std::byte> arrays(to, field.mixed_bricks);
+  return OccupancyCoder(decoder, field, arrays).code(nullptr) && decoder.complete();
+}
+
+/// Of the field, the occupancy, levels, surface_voxels and part_count are asked. Where kinds are not stated,
+/// they only say which cells separate: see proven_kind().
+bool decode_cells(Bytes coded, bool kinds_stated, const kernels::PlanesField& field, uint32_t* to) {
+  RangeDecoder decoder(coded);
+  return CellCoder(decoder, field, to).code(nullptr, kinds_stated) && decoder.complete();
+}
+
+/// Gives decoded words the kinds that say all that is proven. Where a file states kinds, some must say less.
+void complete_kinds(const SideRegions& sides, bool stated, std::span<uint32_t> words, const Place& place) {
+  bool same = true;
+  for (uint32_t i = 0; i < words.size(); ++i) {
+    const uint32_t kind = kernels::word_kind(words[i]);
+    if (kind == kernels::kLink) continue;
+    const uint32_t proven = proven_kind(sides, i, separates(kind));
+    same = same && kind == proven;
+    if (stated) continue;
+    place.require(proven < kernels::kPlaneKinds, Rule::sides_not_separate);
+    words[i] = (words[i] & ~15u) | proven;
+  }
+  place.require(!stated || !same, Rule::kinds_follow);
+}
+
+}  // namespace
+
+PlanesReader::PlanesReader(const SectionTable& sections, std::string_view file, AssetView& asset)
+    : file_(file),
+      decoded_(asset.decoded),
+      records_(sections[kPlanes], "PLAN", file),
+      occupancy_(sections[kOccupancy]),
+      cells_(sections[kCells]) {}
+
+PlanesView PlanesReader::read(uint32_t index, const ObjectView&) {
+  const PlanesRecord record = records_[index];
+  const Place place{file_, "PLAN", index};
+  PlanesView view;
+  kernels::PlanesField& field = view.field;
+  read_numbers(record, place, field);
+  view.coded = record.forms & kCodedPlanes;
+  const bool coded_occupancy = (record.forms & kCodedOccupancy) != 0,
+             coded_cells = (record.forms & kCodedCells) != 0, stated = (record.forms & kStatedKinds) != 0;
+
+  // Both payloads, before there is memory for what they decode to.
+  const UncodedPlanes uncoded(record);
+  const Bytes occupancy =
+      take_payload(occupancy_, record.occupancy, coded_occupancy, uncoded.occupancy, "occupancy", place);
+  const Bytes cells = take_payload(cells_, record.cells, coded_cells, uncoded.cells, "cells", place);
+  place.require(view.coded == 0 || uncoded.may_take(occupancy.size() + cells.size()), Rule::decoded_size);
+
+  const OccupancyArrays<const std::byte> arrays(
+      usable(occupancy, coded_occupancy, uncoded.occupancy, "occupancy", place, decoded_, view.occupancy,
+             [&](std::byte* to) { return decode_occupancy(occupancy, field, to); }),
+      field.mixed_bricks);
+  field.brick_states = arrays.brick_states;
+  field.voxel_base = arrays.voxel_base;
+  field.brick_table = arrays.brick_table;
+  if (const auto fault = fault_of_bricks(field)) place.damaged(*fault);
+
+  uint32_t* words = nullptr;  // where they are decoded
+  field.voxel_records = reinterpret_cast<const uint32_t*>(
+      usable(cells, coded_cells, uncoded.cells, "cells", place, decoded_, view.cells, [&](std::byte* to) {
+        words = reinterpret_cast<uint32_t*>(to);
+        return decode_cells(cells, stated, field, words);
+      }));
+  field.parts = field.voxel_records + field.surface_voxels;
+  if (const auto fault = fault_of_words(field)) place.damaged(*fault);
+  const SideRegions sides(field);
+  if (coded_cells)
+    complete_kinds(sides, stated, {words, size_t{field.surface_voxels} + field.part_count}, place);
+  if (const auto fault = fault_of_sides(field, sides)) place.damaged(*fault);
+  return view;
+}
+
+void PlanesReader::finish() const {
+  occupancy_.finish("OCCU", file_);
+  cells_.finish("CELL", file_);
+}
+
+void PlanesView::drop_bytes() {
+  occupancy = cells = {};
+  field.brick_table = nullptr;
+  field.brick_states = nullptr;
+  field.voxel_base = nullptr;
+  field.voxel_records = nullptr;
+  field.parts = nullptr;
+}
+
+}  // namespace nif::format

@@ -1,0 +1,98 @@
+// Triangles, as files hold them: a compressed wide BVH over exact triangles.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "formats/nif/layout.hpp"
+#include "formats/nif/part_bytes.hpp"
+#include "formats/nif/records.hpp"
+#include "formats/nif/sections.hpp"
+#include "kernels/reference/triangles/field.hpp"
+
+namespace nif::format {
+
+struct Asset;
+struct AssetView;
+struct Object;
+struct ObjectView;
+
+enum TrianglesSection : uint32_t {
+  kTriangles = fourcc("TRIS"),  ///< TrianglesRecord[]
+  kTrees = fourcc("TREE"),      ///< each record's payload
+};
+
+struct TrianglesRecord {  // 32 bytes: the members of kernels::TrianglesField
+  uint32_t nodes, vertices, triangles;
+  uint32_t reserved;  ///< 0
+  Payload tree;       ///< nodes, vertices, triangles, in that order, without gaps
+};
+static_assert(sizeof(TrianglesRecord) == 32);
+
+/// The triangles of one object; members as in kernels::TrianglesField.
+struct TrianglesData {
+  std::vector<kernels::BvhNode> nodes;
+  std::vector<std::array<float, 3>> vertices;
+  std::vector<std::array<uint8_t, 3>> triangles;
+
+  /// Of the payload that holds them in a file.
+  uint64_t bytes() const {
+    return nodes.size() * sizeof(nodes[0]) + vertices.size() * sizeof(vertices[0]) +
+           triangles.size() * sizeof(triangles[0]);
+  }
+};
+
+/// The kernels' view; valid while the data lives and is not changed.
+kernels::TrianglesField field_of(const TrianglesData& data);
+
+struct TrianglesView {
+  kernels::TrianglesField field;  ///< ready to be queried
+  uint64_t tree_bytes = 0;
+
+  std::array<PartBytes, 1> parts() const { return {{{"bvh", tree_bytes}}}; }
+  void drop_bytes() { *this = {}; }
+};
+
+/// As PlanesReader. Of an object with planes, they must be near the triangles.
+class TrianglesReader {
+ public:
+  TrianglesReader(const SectionTable& sections, std::string_view file, AssetView& asset);
+  uint32_t count() const { return records_.count(); }
+  TrianglesView read(uint32_t index, const ObjectView& object);
+  void finish() const;
+
+ private:
+  std::string_view file_;
+  Records<TrianglesRecord> records_;
+  Payloads trees_;
+};
+
+class TrianglesWriter {
+ public:
+  TrianglesWriter(Sections& sections, const Asset& asset);
+  void add(const TrianglesData& data, const Object& object);
+
+ private:
+  Section *records_, *trees_;
+};
+
+/// As formats/nif/parts.hpp has it.
+struct TrianglesPart {
+  static constexpr const char* kName = "triangles";
+  static constexpr uint32_t kSections[] = {kTriangles, kTrees};
+  static constexpr uint32_t kPayloads[] = {kTrees};
+  using Data = TrianglesData;
+  using View = TrianglesView;
+  using Reader = TrianglesReader;
+  using Writer = TrianglesWriter;
+
+  template <class Object>
+  static auto& of(Object& object) {
+    return object.triangles;
+  }
+};
+
+TrianglesData to_data(const TrianglesView& view);
+
+}  // namespace nif::format

@@ -1,0 +1,45 @@
+// Writes triangles, and the two ways between those that own their memory and the plain pointers that kernels
+// read.
+#include "formats/nif/triangles/part.hpp"
+
+namespace nif::format {
+
+kernels::TrianglesField field_of(const TrianglesData& data) {
+  kernels::TrianglesField field;
+  field.nodes = data.nodes.data();
+  field.vertices = reinterpret_cast<const float(*)[3]>(data.vertices.data());
+  field.triangles = reinterpret_cast<const uint8_t(*)[3]>(data.triangles.data());
+  field.node_count = uint32_t(data.nodes.size());
+  field.vertex_count = uint32_t(data.vertices.size());
+  field.triangle_count = uint32_t(data.triangles.size());
+  if (!data.nodes.empty()) field.extent = kernels::bvh_extent(data.nodes.front());
+  return field;
+}
+
+TrianglesData to_data(const TrianglesView& view) {
+  const kernels::TrianglesField& field = view.field;
+  TrianglesData data;
+  data.nodes.assign(field.nodes, field.nodes + field.node_count);
+  for (uint32_t v = 0; v < field.vertex_count; ++v) data.vertices.push_back(std::to_array(field.vertices[v]));
+  for (uint32_t t = 0; t < field.triangle_count; ++t)
+    data.triangles.push_back(std::to_array(field.triangles[t]));
+  return data;
+}
+
+TrianglesWriter::TrianglesWriter(Sections& sections, const Asset&)
+    : records_(&sections.add(kTriangles)), trees_(&sections.add(kTrees)) {}
+
+void TrianglesWriter::add(const TrianglesData& data, const Object&) {
+  TrianglesRecord record{};
+  record.nodes = uint32_t(data.nodes.size());
+  record.vertices = uint32_t(data.vertices.size());
+  record.triangles = uint32_t(data.triangles.size());
+  record.tree = trees_->begin_payload();
+  trees_->append(data.nodes);
+  trees_->append(data.vertices);
+  trees_->append(data.triangles);
+  trees_->end_payload(record.tree);
+  records_->append(&record, 1);
+}
+
+}  // namespace nif::format

@@ -1,0 +1,30 @@
+// A field in the form that the SIMD kernels read, which stands for itself: nothing of the asset is needed
+// beside it.
+#pragma once
+
+#include "kernels/cpu/kernel_options.hpp"
+#include "kernels/packed/feature_grid.hpp"
+#include "kernels/packed/walk_grid.hpp"
+#include "kernels/reference/network/samples.hpp"
+
+namespace nif::kernels::cpu {
+
+/// What it derives from points to a copy of its network, and to nothing else unless it reads the asset's
+/// field.
+struct PackedField : SegmentField {
+  /// The field must outlive this where reads_field.
+  PackedField(const SegmentField& field, const KernelOptions& options);
+
+  FeatureGrid corners_by_brick;
+  WalkGrid walk;
+  bool reads_field;  ///< where corners_by_brick is not complete
+};
+
+/// Both features of a corner; 0 where it has none.
+uint16_t corner_pair(const PackedField& field, uint32_t x, uint32_t y, uint32_t z);
+
+// How the reference reads a packed field; for those that read the asset's field it reads that.
+uint32_t voxel_word(const PackedField& field, const int32_t voxel[3]);
+void interpolate_features(const PackedField& field, const SamplePoint& point, uint8_t* inputs);
+
+}  // namespace nif::kernels::cpu

@@ -1,0 +1,176 @@
+// First hits of objects that have a grid with planes: a walk in SIMD lists the open cells of each ray, and
+// the network, where there is one, is asked about many rays at a time which of them it is.
+// kernels/reference/planes/hit.hpp defines the hits.
+//
+// Compiled once for each target.
+#if defined(NIF_PROOF_HITS_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef NIF_PROOF_HITS_INL
+#undef NIF_PROOF_HITS_INL
+#else
+#define NIF_PROOF_HITS_INL
+#endif
+
+#include "kernels/cpu/planes/walk-inl.hpp"
+#include "kernels/reference/batch.hpp"
+#include "kernels/reference/planes/hit.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace nif::kernels::cpu::HWY_NAMESPACE {
+
+struct HitScratch {
+  RayTable rays;
+  HitLog log;
+  HardRays hard;
+  // By end of the log: between which of its open cells the first hit is.
+  uint8_t first[kBatchRays], last[kBatchRays];
+  // Segments for the network.
+  uint16_t asked[kBatchRays];  ///< ends of the log
+  SegmentBatch questions;
+  AnswerBatch answers;
+};
+
+/// The hits of the rays that a walk has listed.
+template <class Network>
+class HitPlacer {
+ public:
+  HitPlacer(const PlanesField& field, const SegmentBatch& batch, const float* limit, const Network& network,
+            HitScratch& scratch, HitBatch& hits)
+      : field_(field),
+        batch_(batch),
+        limit_(limit),
+        network_(network),
+        s_(scratch),
+        log_(scratch.log),
+        hits_(hits) {}
+
+  void place() const {
+    for (uint32_t k = 0; k < log_.open.count; ++k) bound(k);
+    if constexpr (!std::is_same_v<Network, NoNetwork>) {
+      decide_open_rays();
+      while (halve()) continue;
+    }
+    for (uint32_t k = 0; k < log_.open.count; ++k) finish(k);
+  }
+
+ private:
+  static constexpr uint8_t kNowhere = 255;  ///< as `last`: no cell is to be chosen
+
+  uint32_t cells(uint32_t k) const { return std::min(uint32_t(log_.open.runs[k]), OpenCells::kRoom); }
+  /// The number of a part in the log, as KeepCells numbers cells.
+  uint32_t part(uint32_t k, uint32_t cell) const {
+    const auto first = uint32_t(log_.open.first[k]);
+    const uint32_t at = cell < OpenCells::kRoom - 1 ? cell : uint32_t(log_.open.runs[k]) - 1;
+    return uint32_t(log_.open.heights[first + at]);
+  }
+
+  void bound(uint32_t k) const {
+    const uint32_t i = log_.ray(k), count = cells(k);
+    const bool blocked = log_.blocked(k);
+    const float first = (count != 0 ? log_.part_begin[part(k, 0)] : log_.begin[k]) + 0.0f;
+    Hit hit = bounds_of(field_, segment_of(batch_, i), blocked ? Verdict::occluded : Verdict::ambiguous, true,
+                        first, log_.end[k] + 0.0f);
+    s_.first[k] = 0;
+    s_.last[k] = count != 0 ? uint8_t(count - 1) : kNowhere;
+    if (hit.low > limit_[i]) {
+      hit.t = hit.low;
+      s_.last[k] = kNowhere;
+    } else if (count == 0) {
+      hit.t = log_.begin[k] + 0.0f;
+    } else if constexpr (std::is_same_v<Network, NoNetwork>) {
+      s_.first[k] = s_.last[k];
+    }
+    set_hit(hits_, i, hit);
+  }
+
+  /// Asks about segments from their ray's begin to `end(k)`, and tells whether each is occluded.
+  template <class End, class Tell>
+  void ask(uint32_t count, const End& end, const Tell& tell) const {
+    if (count == 0) return;
+    s_.questions.count = count;
+    for (uint32_t q = 0; q < count; ++q) {
+      const uint32_t k = s_.asked[q];
+      Segment segment = segment_of(batch_, log_.ray(k));
+      segment.tmax = end(k, segment);
+      set_segment(s_.questions, q, segment);
+    }
+    network_(s_.questions, s_.answers);
+    for (uint32_t q = 0; q < count; ++q) tell(s_.asked[q], s_.answers.logit[q] < 0);
+  }
+
+  /// Rays that nothing surely blocks, as a whole.
+  void decide_open_rays() const {
+    uint32_t count = 0;
+    for (uint32_t k = 0; k < log_.open.count; ++k)
+      if (!log_.blocked(k) && s_.last[k] != kNowhere) s_.asked[count++] = uint16_t(k);
+    ask(
+        count, [](uint32_t, const Segment& segment) { return segment.tmax; },
+        [&](uint32_t k, bool occluded) {
+          if (!occluded) s_.last[k] = kNowhere;
+        });
+  }
+
+  /// Halves the cells that are left, as hit_in_cells(). False where each ray has one.
+  bool halve() const {
+    uint32_t count = 0;
+    for (uint32_t k = 0; k < log_.open.count; ++k)
+      if (s_.last[k] != kNowhere && s_.first[k] < s_.last[k]) s_.asked[count++] = uint16_t(k);
+    const auto middle = [&](uint32_t k) { return uint8_t((s_.first[k] + s_.last[k]) / 2); };
+    ask(
+        count, [&](uint32_t k, const Segment&) { return log_.part_end[part(k, middle(k))] + 0.0f; },
+        [&](uint32_t k, bool occluded) {
+          if (occluded)
+            s_.last[k] = middle(k);
+          else
+            s_.first[k] = uint8_t(middle(k) + 1);
+        });
+    return count != 0;
+  }
+
+  void finish(uint32_t k) const {
+    if (s_.last[k] == kNowhere) return;
+    const uint32_t i = log_.ray(k), p = part(k, s_.first[k]);
+    const auto word = uint32_t(log_.part_word[p]);
+    const float size = log_.part_size[p];
+    const PartBetween between =
+        part_between(log_.part_begin[p], log_.part_end[p], log_.enter_height[p], log_.leave_height[p],
+                     plane_height(lower_place(word), size), plane_height(upper_place(word), size));
+    OpenCell cell{};
+    cell.begin = between.begin + 0.0f;
+    cell.end = between.end + 0.0f;
+    cell.word = word;
+    Hit hit = hit_of(hits_, i);
+    place_hit(cell, hit);
+    set_hit(hits_, i, hit);
+  }
+
+  const PlanesField& field_;
+  const SegmentBatch& batch_;
+  const float* limit_;
+  const Network& network_;
+  HitScratch& s_;
+  HitLog& log_;
+  HitBatch& hits_;
+};
+
+/// As ObjectKernel::intersect(). Field: as follow_segment() has it. `network(questions, answers)` answers
+/// segments; `by_reference(ray)` is the hit of one.
+template <class Field, class Network, class ByReference>
+void hits_by_planes(const Field& field, const WalkGrid& grid, const SegmentBatch& batch, const float* limit,
+                    HitBatch& hits, HitScratch& s, const Network& network, const ByReference& by_reference) {
+  // Too few rays to fill the lanes: the reference is done before the walk in SIMD has been set up.
+  constexpr uint32_t kFewRays = 2;
+  if (batch.count <= kFewRays) {
+    for (uint32_t i = 0; i < batch.count; ++i) set_hit(hits, i, by_reference(i));
+    return;
+  }
+  fill_hits(hits, batch.count, no_hit(true));
+  Walker walker(field, grid, batch, s.answers, s.rays, s.log, s.hard);
+  const HitPlacer<Network> placer(field, batch, limit, network, s, hits);
+  while (walker.walk()) placer.place();
+  for (uint32_t k = 0; k < s.hard.count; ++k) set_hit(hits, s.hard.ray[k], by_reference(s.hard.ray[k]));
+}
+
+}  // namespace nif::kernels::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

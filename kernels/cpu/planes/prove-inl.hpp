@@ -1,0 +1,61 @@
+// Answers by proofs alone in SIMD, of any field that has a grid with planes.
+//
+// No include guard in the usual sense: compiled once for each target.
+#if defined(NIF_PROOF_PROVE_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef NIF_PROOF_PROVE_INL
+#undef NIF_PROOF_PROVE_INL
+#else
+#define NIF_PROOF_PROVE_INL
+#endif
+
+#include "kernels/cpu/planes/walk-inl.hpp"
+#include "kernels/reference/planes/prove_one.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace nif::kernels::cpu::HWY_NAMESPACE {
+
+struct ProofScratch {
+  RayTable rays;
+  HullLog log;
+  HardRays hard;
+};
+static_assert(sizeof(ProofScratch) + sizeof(OpenBatch) <= kKernelScratchBytes);
+
+template <class Field>
+HWY_NOINLINE void prove_by_reference(const Field& field, const SegmentBatch& batch, uint32_t ray,
+                                     AnswerBatch& answers, OpenBatch& open) {
+  prove_one(field, batch, ray, answers, open);
+}
+
+/// As ObjectKernel::prove(). Field: as follow_segment() has it.
+template <class Field>
+void prove_rays(const Field& field, const WalkGrid& grid, const SegmentBatch& batch, AnswerBatch& answers,
+                OpenBatch& open, void* memory) {
+  // Too few rays to fill the lanes: the reference is done before the walk in SIMD has been set up.
+  constexpr uint32_t kFewRays = 2;
+  if (batch.count <= kFewRays) {
+    for (uint32_t i = 0; i < batch.count; ++i) prove_by_reference(field, batch, i, answers, open);
+    return;
+  }
+  auto& s = *static_cast<ProofScratch*>(memory);
+  Walker walker(field, grid, batch, answers, s.rays, s.log, s.hard);
+  while (walker.walk())
+    for (uint32_t k = 0; k < s.log.count; ++k) {
+      const uint32_t i = s.log.ray(k);
+      const Segment segment = segment_of(batch, i);
+      WalkResult walk;
+      float reach;
+      to_grid_space(field, segment, walk, reach);
+      const OpenInterval part = widen(field, segment, walk, {s.log.begin[k] + 0.0f, s.log.end[k] + 0.0f});
+      open.begin[i] = part.begin;
+      open.end[i] = part.end;
+      answers.logit[i] = kOpenLogit;
+      answers.certain[i] = 0;
+    }
+  for (uint32_t k = 0; k < s.hard.count; ++k) prove_by_reference(field, batch, s.hard.ray[k], answers, open);
+}
+
+}  // namespace nif::kernels::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,231 @@
+// Rays made ready for the traversal of a `bvh` object: a ray to a lane, and what belongs to one ray stored
+// side by side.
+//
+// Box tests scale t by the power of two in the direction's longest component, so that no ray can overflow
+// them. docs/encodings/bvh.md, "Boxes never change an answer" and "Triangles in single precision", derives
+// the bounds that are computed here.
+//
+// Compiled once for each target.
+#if defined(NIF_BVH_RAYS_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef NIF_BVH_RAYS_INL
+#undef NIF_BVH_RAYS_INL
+#else
+#define NIF_BVH_RAYS_INL
+#endif
+
+#include <hwy/highway.h>
+
+#include <cstddef>
+#include <cstring>
+
+#include "kernels/cpu/lanes-inl.hpp"
+#include "kernels/cpu/triangles/tree.hpp"
+#include "kernels/reference/batch.hpp"
+#include "kernels/reference/triangles/hit.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace nif::kernels::cpu::HWY_NAMESPACE {
+
+/// Sides of triangles are off by at most kSideError times reach, times their size (and the constant below).
+constexpr float kSideError = 24 * 0x1p-24f;
+/// More than what underflow can do to the side of a triangle.
+constexpr float kSideUnderflow = 0x1p-110f;
+/// With coordinates beyond it the sum of a triangle's sides might overflow, or its inverse underflow: then
+/// every triangle is left to the reference.
+constexpr float kMaxSingleReach = 0x1p56f;
+
+/// What the tests read of one ray, in groups of four.
+struct ReadyRay {
+  float inverse[4];  ///< of the direction, by axis; the last is 0
+  float near[4];     ///< a plane p is entered at t = p inverse + near, and left at
+  float far[4];      ///< p inverse + far; the last are 0
+  float origin[4];   ///< the longest axis of the direction comes third, the others keep their cyclic order;
+                     ///< the last is the padding
+  float shear[4];    ///< slopes of the first two axes against the third; two factors of errors of sides
+  float limits[4];   ///< enter and leave, of boxes; bounds of the third coordinate that are surely within t's
+  uint32_t entry[4];  ///< by axis: where in a node the planes of entry lie; the last is 0
+  uint32_t exit[4];   ///< those of exit; the last is the axis of the direction's longest component
+};
+constexpr uint32_t kReadyGroups = sizeof(ReadyRay) / 16;
+
+/// As many rays as a vector has lanes, group by group.
+struct ReadyRays {
+  alignas(64) float groups[kReadyGroups][kLanes][4];
+  alignas(64) int32_t met[kLanes];  ///< slots of the root, as bits
+  uint32_t traversed = 0;           ///< bits of the rays that meet some
+
+  void take(uint32_t lane, ReadyRay& ray) const {
+    const hn::FixedTag<float, 4> d;
+    float* const to = ray.inverse;
+    for (uint32_t g = 0; g < kReadyGroups; ++g) hn::Store(hn::Load(d, groups[g][lane]), d, to + 4 * g);
+  }
+};
+
+/// Rays of a vector, those from far away moved to the object. Of the others nothing changes.
+struct MovedLanes {
+  alignas(64) float origin[3][kLanes];
+  float tmin[kLanes], tmax[kLanes], reach[kLanes];
+};
+HWY_NOINLINE inline void move_lanes(const TrianglesField& field, const SegmentBatch& batch, uint32_t first,
+                                    uint32_t far, MovedLanes& lanes) {
+  for (; far != 0; far &= far - 1) {
+    const uint32_t lane = lowest_bit(far);
+    const Segment segment = segment_of(batch, first + lane);
+    const Segment near = moved_to(start_of(field, segment), segment);
+    for (uint32_t a = 0; a < 3; ++a) lanes.origin[a][lane] = near.origin[a];
+    lanes.tmin[lane] = near.tmin;
+    lanes.tmax[lane] = near.tmax;
+    lanes.reach[lane] =
+        moved_reach(max_of(largest_of(near.origin), field.extent), largest_of(segment.origin));
+  }
+}
+
+/// Whether any ray of a batch is moved.
+HWY_INLINE bool any_far(const TrianglesField& field, const SegmentBatch& batch) {
+  const Floats d;
+  const auto moved_from = hn::Set(d, field.extent * kBvhMovedFrom);
+  uint32_t far = 0;
+  for (uint32_t first = 0; first < batch.count; first += kLanes) {
+    auto far_off = hn::Zero(d);
+    for (uint32_t a = 0; a < 3; ++a)
+      far_off = hn::Max(far_off, hn::Abs(hn::LoadU(d, batch.origin[a] + first)));
+    const uint32_t present = batch.count - first < kLanes ? (1u << (batch.count - first)) - 1 : kAllLanes;
+    far |= bits_of(hn::Gt(far_off, moved_from)) & present;
+  }
+  return far != 0;
+}
+
+/// Makes the batch's rays from `first` on ready, and answers them as if they met nothing. Boxes count from
+/// `enter` to `leave`, which are counted from start_of() the ray; triangles from the rays' tmin to tmax.
+HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const float* from, const float* to,
+                           uint32_t first, AnswerBatch& answers, ReadyRays& ready) {
+  const Floats d;
+  const Ints di;
+  const auto zero = hn::Zero(d), one = hn::Set(d, 1.0f);
+  hn::Vec<Floats> origin[3], direction[3];
+  auto far_off = zero, steepest = zero;
+  auto finite = hn::Eq(zero, zero);
+  const auto infinity = floats(hn::Set(di, 0x7f800000));
+  for (uint32_t a = 0; a < 3; ++a) {
+    origin[a] = hn::LoadU(d, batch.origin[a] + first);
+    direction[a] = hn::LoadU(d, batch.direction[a] + first);
+    const auto offset = hn::Abs(origin[a]), size = hn::Abs(direction[a]);
+    finite = hn::And(finite, hn::And(hn::Lt(offset, infinity), hn::Lt(size, infinity)));
+    far_off = hn::Max(far_off, offset);
+    steepest = hn::Max(steepest, size);
+  }
+  // As prepare_ray().
+  const auto extent = hn::Set(d, tree.field.extent);
+  auto near_reach = hn::Max(far_off, extent);
+  auto tmin = hn::LoadU(d, batch.tmin + first), tmax = hn::LoadU(d, batch.tmax + first);
+  const auto ordered = hn::Le(tmin, tmax);
+  auto askable = hn::And(finite, hn::Le(near_reach, hn::Set(d, kMaxBvhCoordinate)));
+  askable = hn::And(askable, hn::Le(far_off, hn::Mul(extent, hn::Set(d, kBvhFarthest))));
+  askable = hn::And(askable, hn::And(hn::Ge(steepest, hn::Set(d, kMinDirection)),
+                                     hn::Le(steepest, hn::Set(d, kMaxDirection))));
+  askable = hn::And(askable, ordered);
+  const uint32_t present = batch.count - first < kLanes ? (1u << (batch.count - first)) - 1 : kAllLanes;
+
+  const auto near_enough = hn::Le(far_off, hn::Mul(extent, hn::Set(d, kBvhReach)));
+  const auto empty = hn::Gt(tmin, tmax);
+  const uint32_t certain = bits_of(hn::Or(hn::And(askable, near_enough), hn::AndNot(askable, empty)));
+  for (uint32_t lane = 0; lane < kLanes; ++lane) answers.certain[first + lane] = uint8_t(certain >> lane & 1);
+  hn::StoreU(hn::Set(di, kCertainLogit), di, answers.logit + first);
+
+  const auto moved = hn::And(askable, hn::Gt(far_off, hn::Mul(extent, hn::Set(d, kBvhMovedFrom))));
+  if (const uint32_t far = bits_of(moved) & present; HWY_UNLIKELY(far != 0)) {
+    MovedLanes lanes;
+    for (uint32_t a = 0; a < 3; ++a) hn::Store(origin[a], d, lanes.origin[a]);
+    hn::Store(tmin, d, lanes.tmin);
+    hn::Store(tmax, d, lanes.tmax);
+    hn::Store(near_reach, d, lanes.reach);
+    move_lanes(tree.field, batch, first, far, lanes);
+    for (uint32_t a = 0; a < 3; ++a) origin[a] = hn::Load(d, lanes.origin[a]);
+    tmin = hn::Load(d, lanes.tmin);
+    tmax = hn::Load(d, lanes.tmax);
+    near_reach = hn::Load(d, lanes.reach);
+  }
+
+  // Powers of two: a division by one is exact.
+  const auto power = hn::And(ints(steepest), hn::Set(di, 0x7f800000));
+  const auto scale_down = floats(hn::Sub(hn::Set(di, 0x7f000000), power)), scale_up = floats(power);
+  steepest = hn::Mul(steepest, scale_down);
+  const auto reach = hn::Max(near_reach, hn::Set(d, tree.reach));
+  const auto padding = hn::Mul(reach, hn::Set(d, kBvhPadding));
+  const auto flattest = hn::Mul(steepest, hn::Set(d, kBvhFlattest));
+  hn::Vec<Floats> inverse[3], near[3], far[3];
+  hn::Mask<Floats> backwards[3];
+  hn::Vec<Floats> entry[3], exit[3];
+  for (uint32_t a = 0; a < 3; ++a) {
+    direction[a] = hn::Mul(direction[a], scale_down);
+    const auto negative = backwards[a] = hn::Lt(direction[a], zero);
+    const auto size = hn::Div(one, hn::Max(hn::Abs(direction[a]), flattest));
+    inverse[a] = hn::IfThenElse(negative, hn::Neg(size), size);
+    const auto outward = hn::IfThenElse(negative, hn::Neg(padding), padding);
+    near[a] = hn::Neg(hn::Mul(hn::Add(origin[a], outward), inverse[a]));
+    far[a] = hn::Neg(hn::Mul(hn::Sub(origin[a], outward), inverse[a]));
+    const auto low = floats(hn::Set(di, int32_t(offsetof(BvhNode, low) + a * kBvhWidth)));
+    const auto high = floats(hn::Set(di, int32_t(offsetof(BvhNode, high) + a * kBvhWidth)));
+    entry[a] = hn::IfThenElse(negative, high, low);
+    exit[a] = hn::IfThenElse(negative, low, high);
+  }
+  const auto farthest = hn::Div(hn::Mul(reach, hn::Set(d, 4.0f)), steepest);
+  const auto clamp = [&](hn::Vec<Floats> t) HWY_ATTR {
+    return hn::Min(hn::Max(hn::Mul(t, scale_up), hn::Neg(farthest)), farthest);
+  };
+  const auto enter = clamp(hn::LoadU(d, from + first)), leave = clamp(hn::LoadU(d, to + first));
+
+  // The boxes of the root, for all rays at once: for many a ray they are all that it takes.
+  auto met = hn::Zero(di);
+  for (uint32_t used = tree.inner | tree.leaves, s = 0; used >> s != 0; ++s) {
+    auto first_in = enter, last_out = leave;
+    for (uint32_t a = 0; a < 3; ++a) {
+      const auto low = hn::Set(d, tree.low[s][a]), high = hn::Set(d, tree.high[s][a]);
+      const auto in = hn::IfThenElse(backwards[a], high, low), out = hn::IfThenElse(backwards[a], low, high);
+      first_in = hn::Max(hn::MulAdd(in, inverse[a], near[a]), first_in);
+      last_out = hn::Min(hn::MulAdd(out, inverse[a], far[a]), last_out);
+    }
+    const auto meets = hn::RebindMask(di, hn::Le(first_in, last_out));
+    met = hn::Or(met, hn::IfThenElseZero(meets, hn::Set(di, int32_t(1u << s))));
+  }
+  hn::Store(met, di, ready.met);
+  const auto some = hn::RebindMask(d, hn::Ne(met, hn::Zero(di)));
+  ready.traversed = bits_of(hn::And(askable, some)) & present;
+
+  // As prepare_ray() chooses the axes of triangles.
+  const auto second = hn::Gt(hn::Abs(direction[1]), hn::Abs(direction[0]));
+  const auto third = hn::Gt(hn::Abs(direction[2]), hn::Max(hn::Abs(direction[0]), hn::Abs(direction[1])));
+  const auto choose = [&](const hn::Vec<Floats>* of, uint32_t next) HWY_ATTR {
+    const auto x = of[next % 3], y = of[(next + 1) % 3], z = of[(next + 2) % 3];
+    return hn::IfThenElse(third, z, hn::IfThenElse(second, y, x));
+  };
+  const auto axis = hn::IfThenElse(hn::RebindMask(di, third), hn::Set(di, 2),
+                                   hn::IfThenElse(hn::RebindMask(di, second), hn::Set(di, 1), hn::Zero(di)));
+  const auto length = choose(direction, 0);
+  const auto shear_x = hn::Div(choose(direction, 1), length), shear_y = hn::Div(choose(direction, 2), length);
+  const auto error = hn::IfThenElse(hn::Le(near_reach, hn::Set(d, kMaxSingleReach)),
+                                    hn::Mul(near_reach, hn::Set(d, kSideError)), infinity);
+  const auto least_error = hn::MulAdd(error, error, hn::Set(d, kSideUnderflow));
+  const auto low = hn::Add(hn::Mul(clamp(tmin), steepest), padding);
+  const auto high = hn::Sub(hn::Mul(clamp(tmax), steepest), padding);
+  const auto backward = hn::Lt(length, zero);
+  const auto begin = hn::IfThenElse(backward, hn::Neg(high), low);
+  const auto end = hn::IfThenElse(backward, hn::Neg(low), high);
+
+  const auto store =
+      [&](uint32_t group, hn::Vec<Floats> x, hn::Vec<Floats> y, hn::Vec<Floats> z, hn::Vec<Floats> w)
+          HWY_ATTR { hn::StoreInterleaved4(x, y, z, w, d, ready.groups[group][0]); };
+  store(0, inverse[0], inverse[1], inverse[2], zero);
+  store(1, near[0], near[1], near[2], zero);
+  store(2, far[0], far[1], far[2], zero);
+  store(3, choose(origin, 1), choose(origin, 2), choose(origin, 0), padding);
+  store(4, shear_x, shear_y, error, least_error);
+  store(5, enter, leave, begin, end);
+  store(6, entry[0], entry[1], entry[2], zero);
+  store(7, exit[0], exit[1], exit[2], floats(axis));
+}
+
+}  // namespace nif::kernels::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

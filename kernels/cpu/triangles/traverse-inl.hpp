@@ -1,0 +1,402 @@
+// The traversal of a `bvh` object: several rays in flight, a node of each in turn.
+//
+// What one ray does next waits for the node that it is at: for the cache, and for a long chain of arithmetic.
+// Rays that take turns fill that time with each other's work. How many leaves they meet, and when they are
+// done, cannot be predicted: a branch on it must not come before it is known, or the work begun behind it is
+// lost. So there are three groups of rays, and each goes through three phases: each ray tests the boxes of
+// its node and goes on to the next; the leaves that they met are tested; those that are done make room for
+// others. Between two phases of a group come those of others. Within a phase little branches.
+//
+// After Ylitie, Karras and Laine (HPG 2017) an entry of a stack is all of a node's inner slots that are still
+// to be visited.
+//
+// Compiled once for each target.
+#if defined(NIF_BVH_TRAVERSE_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef NIF_BVH_TRAVERSE_INL
+#undef NIF_BVH_TRAVERSE_INL
+#else
+#define NIF_BVH_TRAVERSE_INL
+#endif
+
+#include <hwy/highway.h>
+
+#include "kernels/cpu/triangles/boxes-inl.hpp"
+#include "kernels/cpu/triangles/triangles-inl.hpp"
+#include "kernels/reference/batch.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace nif::kernels::cpu::HWY_NAMESPACE {
+
+/// Groups of rays, one for each phase, and rays of a group. With 10 and more rays, small meshes get slower by
+/// a tenth and large ones gain nothing (docs/results/cpu-kernels.md).
+constexpr uint32_t kFlightGroups = 3;
+constexpr uint32_t kFlights = 8;
+
+/// Cache lines of a node's triangles and of their vertices that are fetched before its leaves are tested.
+constexpr uint32_t kTriangleLines = 2, kVertexLines = 6;
+
+/// Nodes still to be visited, inner slots of one node: from bit 0 on its first_node, from bit 32 on the inner
+/// slots, from bit 40 on those that are to be visited.
+using NodeGroup = uint64_t;
+constexpr uint32_t kInnerShift = 32, kVisitShift = 40;
+
+/// first ? a : b, where compilers would branch.
+HWY_INLINE uint64_t choose(bool first, uint64_t a, uint64_t b) {
+  return b ^ ((a ^ b) & (0 - uint64_t(first)));
+}
+
+/// A ray on its way. Goal: what it is on its way for; keeps a state with each ray.
+template <class Goal>
+struct alignas(64) Flight {
+  ReadyRay ray;
+  NodeGroup group;                    ///< what comes after the next node
+  uint32_t next;                      ///< node
+  uint32_t size;                      ///< of the stack
+  uint32_t number;                    ///< in the batch
+  NodeGroup stack[kMaxBvhDepth + 2];  ///< the first is empty
+  [[no_unique_address]] typename Goal::State state;
+};
+
+/// Rays that go through the phases together.
+template <class Goal>
+struct FlightGroup {
+  Flight<Goal> flights[kFlights];
+  OpenTriangles open[kFlights * kBvhWidth + 1];
+  MetTriangles met[kFlights + 1];  ///< of leaf slots, until leaves are tested: not of triangles
+  uint32_t in_flight, done;        ///< bits by flight
+  uint32_t met_count, open_count;
+};
+
+/// What traverse() works in.
+template <class Goal>
+struct TraversalScratch {
+  ReadyRays ready;
+  FlightGroup<Goal> groups[kFlightGroups];
+};
+
+/// Does a ray meet any triangle?
+class AnyTriangle {
+ public:
+  static constexpr bool kNearestFirst = false;  ///< bakers put first what is likely to block
+  struct State {};
+
+  AnyTriangle(const SegmentBatch& batch, AnswerBatch& answers) : batch_(batch), answers_(answers) {}
+
+  AnswerBatch& answers() const { return answers_; }
+  HWY_INLINE void begin(Flight<AnyTriangle>&) const {}
+  /// True where the ray need go no farther.
+  HWY_INLINE bool look_at(const TrianglesField& field, Flight<AnyTriangle>& flight,
+                          const OpenTriangles& found) const {
+    if (!meets_open(field, batch_, flight.number, flight.ray, found)) return false;
+    answers_.logit[flight.number] = -kCertainLogit;
+    return true;
+  }
+  HWY_INLINE void end(const TrianglesField&, const Flight<AnyTriangle>&) const {}
+
+ private:
+  const SegmentBatch& batch_;
+  AnswerBatch& answers_;
+};
+
+/// Which of the triangles that a ray meets is the nearest?
+class FirstTriangle {
+ public:
+  static constexpr bool kNearestFirst = true;
+  struct State {
+    NearestTriangle nearest;
+    TriangleRay exact;
+    float start;  ///< start_of() the ray, from which boxes count t
+    bool prepared;
+  };
+
+  /// `answers` gets which rays are certain; `hits` only those that there are.
+  FirstTriangle(const SegmentBatch& batch, AnswerBatch& answers, HitBatch& hits)
+      : batch_(batch), answers_(answers), hits_(hits) {}
+
+  AnswerBatch& answers() const { return answers_; }
+  HWY_INLINE void begin(Flight<FirstTriangle>& flight) const {
+    flight.state.nearest.triangle = kNoTriangle;
+    flight.state.prepared = false;
+  }
+  HWY_INLINE bool look_at(const TrianglesField& field, Flight<FirstTriangle>& flight,
+                          const OpenTriangles& found) const {
+    State& state = flight.state;
+    if (!state.prepared) {
+      const Segment segment = segment_of(batch_, flight.number);
+      prepare_for_triangles(field, segment, state.exact);
+      state.start = start_of(field, segment);
+      state.prepared = true;
+    }
+    const BvhNode& node = field.nodes[found.visit.node()];
+    uint32_t ranks = found.ranks, open = found.open;
+    for (; open != 0; open >>= 1, ranks &= ranks - 1) {
+      if ((open & 1) == 0) continue;
+      const uint32_t triangle = node.first_triangle + lowest_bit(ranks);
+      if (!look_at_triangle(field, state.exact, node.first_vertex, triangle, state.nearest)) continue;
+      // Boxes have t times the power of two in the direction's longest component.
+      float power = 0;
+      for (uint32_t a = 0; a < 3; ++a) power = max_of(magnitude(batch_.direction[a][flight.number]), power);
+      power = bits_as<float>(bits_as<uint32_t>(power) & 0x7f800000);
+      const float reached = next_above(static_cast<float>(state.nearest.crossing.t - double{state.start}));
+      flight.ray.limits[1] = min_of(reached * power, flight.ray.limits[1]);
+    }
+    return false;
+  }
+  HWY_INLINE void end(const TrianglesField& field, const Flight<FirstTriangle>& flight) const {
+    const uint32_t i = flight.number;
+    if (flight.state.nearest.triangle != kNoTriangle)
+      set_hit(hits_, i, hit_of(field, flight.state.nearest, answers_.certain[i] != 0));
+  }
+
+ private:
+  const SegmentBatch& batch_;
+  AnswerBatch& answers_;
+  HitBatch& hits_;
+};
+
+template <class Goal>
+class Traversal {
+ public:
+  using Flight = cpu::HWY_NAMESPACE::Flight<Goal>;
+  using FlightGroup = cpu::HWY_NAMESPACE::FlightGroup<Goal>;
+
+  HWY_INLINE Traversal(const BvhTree& tree, const SegmentBatch& batch, const float* enter, const float* leave,
+                       const Goal& goal, ReadyRays& ready)
+      : tree_(tree),
+        field_(tree.field),
+        batch_(batch),
+        enter_(enter),
+        leave_(leave),
+        goal_(goal),
+        ready_(ready) {
+    ready_.traversed = 0;
+  }
+
+  /// Every ray tests the boxes of its node and goes on to the next.
+  HWY_INLINE void test_nodes(FlightGroup& group) const {
+    group.done = group.met_count = 0;
+    const TrianglesField field = field_;  // of its own: no store can change it
+    uint32_t done = 0, count = 0;
+    for (uint32_t bits = group.in_flight; bits != 0; bits &= bits - 1) {
+      const uint32_t at = lowest_bit(bits);
+      done |= uint32_t(!step(field, group.flights[at], at, group.met, count)) << at;
+    }
+    group.done = done;
+    group.met_count = count;
+  }
+
+  /// Tests the leaves that rays have met.
+  HWY_INLINE void test_leaves(FlightGroup& group) const {
+    const TrianglesField field = field_;  // of its own: no store can change it
+    const uint32_t count = group.met_count;
+    for (uint32_t i = 0; i < count; ++i) {
+      MetTriangles& met = group.met[i];
+      met.ranks = ranks_in(field.nodes[met.visit.node()], met.ranks);
+      met.last = 0x80000000u >> hwy::Num0BitsAboveMS1Bit_Nonzero32(met.ranks);
+    }
+    uint32_t open = 0, ranks = group.met[0].ranks;
+    for (uint32_t i = 0; i < count;) {
+      const MetTriangles& met = group.met[i];
+      open += uint32_t(
+          test_four(field, group.flights[met.visit.flight()].ray, met, ranks, group.open[open]) != 0);
+      i += ranks == 0;
+      ranks = uint32_t(choose(ranks == 0, group.met[i].ranks, ranks));
+    }
+    group.open_count = open;
+  }
+
+  /// Looks at the triangles that rays have met, and gives the places of those that are done to others.
+  HWY_INLINE void exchange(FlightGroup& group) {
+    uint32_t done = group.done;
+    for (uint32_t i = 0; i < group.open_count; ++i) {
+      const OpenTriangles& found = group.open[i];
+      const uint32_t at = found.visit.flight();
+      done |= uint32_t(goal_.look_at(field_, group.flights[at], found)) << at;
+    }
+    for (uint32_t ended = group.in_flight & done; ended != 0; ended &= ended - 1)
+      goal_.end(field_, group.flights[lowest_bit(ended)]);
+    group.in_flight &= ~done;
+    for (uint32_t free = ~group.in_flight & ((1u << kFlights) - 1); free != 0; free &= free - 1) {
+      if (ready_.traversed == 0 && !make_some_ready()) return;
+      const uint32_t at = lowest_bit(free);
+      start(group.flights[at]);
+      group.in_flight |= 1u << at;
+    }
+  }
+
+ private:
+  /// False where no ray is left.
+  HWY_INLINE bool make_some_ready() {
+    for (; ready_.traversed == 0; taken_ += kLanes) {
+      if (taken_ >= batch_.count) return false;
+      make_ready(tree_, batch_, enter_, leave_, taken_, goal_.answers(), ready_);
+    }
+    return true;
+  }
+
+  /// Sets the next ray out at the root.
+  HWY_INLINE void start(Flight& flight) {
+    const uint32_t lane = lowest_bit(ready_.traversed);
+    ready_.traversed &= ready_.traversed - 1;
+    ready_.take(lane, flight.ray);
+    flight.stack[0] = 0;
+    flight.size = 1;
+    // Most often the root has no leaves, and is passed.
+    const auto met = uint32_t(ready_.met[lane]);
+    if (HWY_LIKELY((met & tree_.leaves) == 0)) {
+      go_on(field_, flight, group_of(field_.nodes[0], tree_.inner, met));
+    } else {
+      flight.group = 0;
+      flight.next = 0;
+    }
+    flight.number = taken_ - kLanes + lane;
+    goal_.begin(flight);
+  }
+
+  static HWY_INLINE NodeGroup group_of(const BvhNode& node, uint32_t inner, uint32_t to_visit) {
+    return node.first_node | NodeGroup(inner) << kInnerShift | NodeGroup(to_visit) << kVisitShift;
+  }
+
+  /// Chooses the next node out of a group. False where there is none.
+  static HWY_INLINE bool go_on(const TrianglesField& field, Flight& flight, NodeGroup group) {
+    const auto to_visit = uint32_t(group >> kVisitShift);
+    set_next(field, flight, group, to_visit ^ (to_visit - 1));
+    flight.group = group & (group - (NodeGroup(1) << kVisitShift));
+    return to_visit != 0;
+  }
+  /// That of one of the group's slots, a bit.
+  static HWY_INLINE void go_to(const TrianglesField& field, Flight& flight, NodeGroup group, uint32_t slot) {
+    set_next(field, flight, group, slot ^ (slot - 1));
+    flight.group = group & ~(NodeGroup(slot) << kVisitShift);
+  }
+  /// The next node is the last of the inner slots up to some slot.
+  static HWY_INLINE void set_next(const TrianglesField& field, Flight& flight, NodeGroup group,
+                                  uint32_t up_to) {
+    const auto inner = uint32_t(group >> kInnerShift) & 255;
+    flight.next = uint32_t(group) + uint32_t(__builtin_popcount(up_to & inner)) - 1;
+    const char* const next = reinterpret_cast<const char*>(field.nodes + flight.next);
+    __builtin_prefetch(next);
+    __builtin_prefetch(next + sizeof(BvhNode) - 1);
+  }
+
+  /// Tests the boxes of a ray's node and chooses its next one. False where there is none.
+  static HWY_INLINE bool step(const TrianglesField& field, Flight& flight, uint32_t at,
+                              MetTriangles* met_triangles, uint32_t& count) {
+    const BvhNode& node = field.nodes[flight.next];
+    const SlotSets sets = slot_sets(node);
+    alignas(32) float entries[kBvhWidth];
+    const uint32_t met = meets_boxes(node, flight.ray, Goal::kNearestFirst ? entries : nullptr);
+    const uint32_t leaves = met & sets.leaves, inner = met & sets.inner;
+    met_triangles[count] = {{flight.next | uint64_t(at) << 32}, leaves, 0};
+    count += leaves != 0;
+    // Also where no leaf is met: a branch costs more.
+    for (uint32_t line = 0; line < kTriangleLines; ++line)
+      __builtin_prefetch(reinterpret_cast<const char*>(field.triangles + node.first_triangle) + 64 * line);
+    for (uint32_t line = 0; line < kVertexLines; ++line)
+      __builtin_prefetch(reinterpret_cast<const char*>(field.vertices[node.first_vertex]) + 64 * line);
+
+    uint32_t size = flight.size;
+    flight.stack[size] = flight.group;
+    size += flight.group >> kVisitShift != 0;
+    const NodeGroup group = choose(inner == 0, flight.stack[size - 1], group_of(node, sets.inner, inner));
+    flight.size = size - (inner == 0);
+    if constexpr (Goal::kNearestFirst) {
+      if (inner != 0) {
+        go_to(field, flight, group, nearest_slot(entries, inner));
+        return true;
+      }
+    }
+    return go_on(field, flight, group);
+  }
+
+  const BvhTree& tree_;
+  const TrianglesField& field_;
+  const SegmentBatch& batch_;
+  const float *enter_, *leave_;
+  const Goal goal_;
+  ReadyRays& ready_;
+  uint32_t taken_ = 0;  ///< rays of the batch that have been made ready
+};
+
+/// Every ray of a batch. Boxes count only from `enter[i]` to `leave[i]`, so what a ray meets elsewhere may be
+/// missed; triangles from the ray's own tmin to its tmax. Both arrays have kBatchRays entries, and count t
+/// from start_of() the ray.
+template <class Goal>
+HWY_INLINE void traverse_for(const Goal& goal, const BvhTree& tree, const SegmentBatch& batch,
+                             const float* enter, const float* leave, TraversalScratch<Goal>& scratch) {
+  Traversal<Goal> traversal(tree, batch, enter, leave, goal, scratch.ready);
+  for (FlightGroup<Goal>& group : scratch.groups) {
+    group.in_flight = group.done = group.met_count = group.open_count = 0;
+    traversal.exchange(group);
+  }
+  FlightGroup<Goal>*a = scratch.groups, *b = a + 1, *c = a + 2;
+  while ((a->in_flight | b->in_flight | c->in_flight) != 0) {
+    traversal.test_nodes(*a);
+    traversal.test_leaves(*b);
+    traversal.exchange(*c);
+    FlightGroup<Goal>* const last = c;
+    c = b;
+    b = a;
+    a = last;
+  }
+}
+
+/// Answers the rays of a batch. Not inlined, so that all kernels share this code.
+using BvhScratch = TraversalScratch<AnyTriangle>;
+HWY_NOINLINE inline void traverse(const BvhTree& tree, const SegmentBatch& batch, const float* enter,
+                                  const float* leave, AnswerBatch& answers, BvhScratch& scratch) {
+  traverse_for(AnyTriangle(batch, answers), tree, batch, enter, leave, scratch);
+}
+
+/// The same without an interval.
+struct BoxEnds {
+  float enter[kBatchRays], leave[kBatchRays];
+};
+HWY_NOINLINE inline void traverse_whole(const BvhTree& tree, const SegmentBatch& batch, AnswerBatch& answers,
+                                        BoxEnds& ends, BvhScratch& scratch) {
+  if (HWY_LIKELY(!any_far(tree.field, batch))) {
+    traverse(tree, batch, batch.tmin, batch.tmax, answers, scratch);
+    return;
+  }
+  for (uint32_t i = 0; i < batch.count; ++i) {
+    const float start = start_of(tree.field, segment_of(batch, i));
+    ends.enter[i] = from_start_down(batch.tmin[i], start);
+    ends.leave[i] = from_start_up(batch.tmax[i], start);
+  }
+  traverse(tree, batch, ends.enter, ends.leave, answers, scratch);
+}
+
+/// Finds their first hits.
+struct BvhHitScratch {
+  AnswerBatch answers;
+  TraversalScratch<FirstTriangle> traversal;
+};
+HWY_NOINLINE inline void traverse_to_hits(const BvhTree& tree, const SegmentBatch& batch, const float* enter,
+                                          const float* leave, HitBatch& hits, BvhHitScratch& scratch) {
+  fill_hits(hits, batch.count, Hit());
+  traverse_for(FirstTriangle(batch, scratch.answers, hits), tree, batch, enter, leave, scratch.traversal);
+  for (uint32_t i = 0; i < batch.count; ++i)
+    if (!(hits.t[i] < kNoHit) && scratch.answers.certain[i] != 0) hits.low[i] = kNoHit;
+}
+
+/// The same without an interval, up to `limit`, as intersect() has it.
+HWY_NOINLINE inline void traverse_whole_to_hits(const BvhTree& tree, const SegmentBatch& batch,
+                                                const float* limit, HitBatch& hits, BoxEnds& ends,
+                                                BvhHitScratch& scratch) {
+  const float* enter = batch.tmin;
+  for (uint32_t i = 0; i < batch.count; ++i) ends.leave[i] = min_of(next_above(limit[i]), batch.tmax[i]);
+  if (HWY_UNLIKELY(any_far(tree.field, batch))) {
+    for (uint32_t i = 0; i < batch.count; ++i) {
+      const float start = start_of(tree.field, segment_of(batch, i));
+      ends.enter[i] = from_start_down(batch.tmin[i], start);
+      ends.leave[i] = from_start_up(ends.leave[i], start);
+    }
+    enter = ends.enter;
+  }
+  traverse_to_hits(tree, batch, enter, ends.leave, hits, scratch);
+}
+
+}  // namespace nif::kernels::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

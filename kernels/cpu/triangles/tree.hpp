@@ -1,0 +1,33 @@
+// A `bvh` object as the SIMD kernel has it: the field, the boxes of its root, and how far frames reach.
+#pragma once
+
+#include "kernels/reference/triangles/field.hpp"
+
+namespace nif::kernels::cpu {
+
+struct BvhTree {
+  TrianglesField field;
+  /// No plane of any node's frame, used or not, lies farther from the origin of object space along any axis.
+  /// A baker's frames lie within the root's, and this is the extent. A file may have others: only the planes
+  /// that boxes use must lie within the root's.
+  float reach = 0;
+  // The root's slots.
+  uint32_t inner = 0, leaves = 0;               ///< bits by slot
+  float low[kBvhWidth][3], high[kBvhWidth][3];  ///< of those in use, which come first
+};
+
+inline BvhTree tree_of(const TrianglesField& field) {
+  BvhTree tree{field, field.extent, 0, 0, {}, {}};
+  for (uint32_t i = 0; i < field.node_count; ++i) tree.reach = max_of(bvh_extent(field.nodes[i]), tree.reach);
+  const BvhNode& root = field.nodes[0];
+  for (uint32_t s = 0; s < kBvhWidth && root.slots[s] != 0; ++s) {
+    (slot_kind(root.slots[s]) == kInnerSlot ? tree.inner : tree.leaves) |= 1u << s;
+    for (uint32_t a = 0; a < 3; ++a) {
+      tree.low[s][a] = frame_plane(root.frame[a], root.low[a][s]);
+      tree.high[s][a] = frame_plane(root.frame[a], root.high[a][s]);
+    }
+  }
+  return tree;
+}
+
+}  // namespace nif::kernels::cpu

@@ -1,0 +1,80 @@
+// `exact` objects on GPUs, as the list of encodings has them (kernels/gpu/encoding_list.hpp): the walk of
+// kernels/gpu/planes, and the traversal of kernels/gpu/triangles.
+#pragma once
+
+#include "kernels/gpu/encodings/bvh.hpp"
+#include "kernels/gpu/planes/device_field.hpp"
+#include "kernels/gpu/planes/leaping_walk.hpp"
+#include "kernels/reference/encodings/exact.hpp"
+
+namespace nif::kernels::gpu {
+
+/// In device memory. The grid's own arrays are not there: `walk` says what they do.
+struct DeviceExactField : ExactField {
+  WalkWords walk;
+};
+
+/// `stack` as for meets_nodes().
+template <uint32_t kStride>
+NIF_HOST_DEVICE ObjectAnswer answer_exact_ray(const DeviceExactField& field, const Segment& segment,
+                                              uint32_t* stack) {
+  WalkResult walk;
+  OpenInterval open;
+  walk_object(field.planes, field.walk, segment, walk, KeepOpen{open});
+  BvhRay ray;
+  if (!prepare_ray(field.triangles, segment, ray)) {
+    const Answer none = answer_no_ray(segment);
+    return {none.logit, none.certain};
+  }
+  if (walk.certain) return {walk.verdict == Verdict::visible ? kCertainLogit : -kCertainLogit, true};
+  if (walk.verdict == Verdict::ambiguous) cull(field.planes, segment, 0, open, ray);
+  return {meets_nodes<kStride>(field.triangles, ray, stack) ? -kCertainLogit : kCertainLogit,
+          certain_bvh(field.triangles, segment)};
+}
+
+/// As intersect(). `stack` as for meets_nodes().
+template <uint32_t kStride>
+NIF_HOST_DEVICE Hit find_exact_hit(const DeviceExactField& field, const Segment& segment, float limit,
+                                   uint32_t* stack) {
+  WalkResult walk;
+  OpenInterval open;
+  walk_object<true>(field.planes, field.walk, segment, walk, KeepOpen{open});
+  BvhRay ray;
+  if (!prepare_ray(field.triangles, segment, ray)) return no_hit(answer_no_ray(segment).certain);
+  if (!cull_to_hit(field.planes, segment, 0, walk, open, ray)) return no_hit(true);
+  return nearest_bvh_hit<kStride>(field.triangles, segment, limit, ray, stack);
+}
+
+struct ExactEncoding {
+  using HostField = ExactField;
+  using Field = DeviceExactField;
+  enum Kind : uint32_t { kProvenFirst = 1 };
+  static constexpr uint32_t kKinds = 1;
+  static constexpr bool kHasItems = false, kProves = false;
+
+  template <uint32_t kSet, class Thread>
+  NIF_HOST_DEVICE NIF_INLINE static ObjectAnswer ask(const Thread&, const SceneObject& object, uint32_t,
+                                                     const Segment& ray, uint32_t* row) {
+    return answer_exact_ray<1>(*static_cast<const Field*>(object.field), ray, row);
+  }
+  NIF_HOST_DEVICE NIF_INLINE static bool walk(const SceneObject& object, const Segment& ray, uint32_t* column,
+                                              OpenItem&, ObjectAnswer& answer) {
+    answer = answer_exact_ray<kBlockThreads>(*static_cast<const Field*>(object.field), ray, column);
+    return true;
+  }
+  template <class Thread>
+  NIF_HOST_DEVICE NIF_INLINE static Hit intersect(const Thread&, const SceneObject& object, uint32_t,
+                                                  const Segment& ray, float limit, uint32_t* row) {
+    return find_exact_hit<1>(*static_cast<const Field*>(object.field), ray, limit, row);
+  }
+
+  template <class Hash>
+  static constexpr void describe(Hash& hash) {
+    describe_planes(hash);
+    BvhEncoding::describe(hash);
+    hash.template structure<ExactField>({&ExactField::planes, &ExactField::triangles});
+  }
+  static FieldUpload* upload(const ExactField& field);
+};
+
+}  // namespace nif::kernels::gpu

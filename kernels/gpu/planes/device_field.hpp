@@ -1,0 +1,29 @@
+// A grid with planes in device memory.
+#pragma once
+
+#include "kernels/packed/walk_words.hpp"
+#include "kernels/reference/planes/field.hpp"
+
+namespace nif::kernels::gpu {
+
+/// What of a PlanesField crosses from the runtime to the GPU module.
+template <class Hash>
+constexpr void describe_planes(Hash& hash) {
+  using F = PlanesField;
+  hash.template structure<BrickStates>({&BrickStates::surface, &BrickStates::aux});
+  hash.template structure<F>({&F::origin, &F::voxels_per_unit, &F::cells_per_unit, &F::voxels_per_cell,
+                              &F::levels, &F::voxels, &F::bricks, &F::mixed_bricks, &F::brick_table,
+                              &F::brick_states, &F::voxel_base, &F::voxel_records, &F::parts,
+                              &F::surface_voxels, &F::part_count});
+}
+
+/// The grid's own arrays stay on the host: WalkWords say what they do.
+inline void leave_arrays(PlanesField& field) {
+  field.brick_table = nullptr;
+  field.brick_states = nullptr;
+  field.voxel_base = nullptr;
+  field.voxel_records = nullptr;
+  field.parts = nullptr;
+}
+
+}  // namespace nif::kernels::gpu

@@ -1,0 +1,202 @@
+// The walk as a thread of a GPU does it: by leaps over voxels that are alike, and from cell to cell, to the
+// bits of kernels/reference/planes/walk.hpp.
+//
+// A leap ends at the crossing at which the segment leaves the box that the voxel's word vouches for; a cell
+// is left at the nearest of its own planes. Where the other axes stand then follows from their own crossings,
+// counted in the reference's order (t, then the lower axis): an estimate from below that is off by at most
+// one finest cell is put right by one such comparison. Along an axis that goes down cells and planes are
+// counted by their negatives, so that every ray walks upward.
+//
+// Places are whole numbers in floats: conversions are slow on GPUs, and few registers are to hold a ray.
+#pragma once
+
+#include "kernels/gpu/device_memory.hpp"
+#include "kernels/packed/walk_words.hpp"
+#include "kernels/reference/planes/walk.hpp"
+
+namespace nif::kernels::gpu {
+
+/// a b + c in one instruction, where it does not matter whether the product is rounded by itself: because it
+/// is exact, or the sum an estimate.
+NIF_HOST_DEVICE inline float multiply_add(float a, float b, float c) {
+#if defined(NIF_ON_DEVICE)
+  return __builtin_fmaf(a, b, c);
+#else
+  return a * b + c;
+#endif
+}
+
+// In one instruction: the other number where one is NaN, and of two zeros either.
+NIF_HOST_DEVICE inline float smaller(float a, float b) { return __builtin_fminf(a, b); }
+NIF_HOST_DEVICE inline float larger(float a, float b) { return __builtin_fmaxf(a, b); }
+
+/// n + 2^23 as a float, n below 2^23: the lowest bits are those of n.
+NIF_HOST_DEVICE inline float on_integers(uint32_t n) { return bits_as<float>(0x4b000000u | n); }
+
+/// Where a walk by leaps begins: the first finest cell. Along an axis that goes down, negative.
+NIF_HOST_DEVICE NIF_INLINE void begin_leaps(const WalkResult& walk, const GridPassage& passage,
+                                            float (&cell)[3]) {
+  NIF_UNROLL
+  for (uint32_t a = 0; a < 3; ++a) {
+    const bool down = __builtin_copysignf(1.0f, walk.direction[a]) < 0;
+    cell[a] = static_cast<float>(down ? -1 - passage.cell[a] : passage.cell[a]);
+  }
+}
+/// SeenBits before it.
+template <bool kInOrder>
+NIF_HOST_DEVICE NIF_INLINE uint32_t seen_before(const GridPassage& passage) {
+  return !kInOrder ? passage.seen : passage.enters_grid ? uint32_t(kSeenOutside) : 0u;
+}
+
+/// One leap, or one cell: from `now` on, in the finest cell `cell`. `near`: the walk was certain when it
+/// began. False where the walk is over.
+template <bool kInOrder, class AddRun, class Look>
+NIF_HOST_DEVICE NIF_INLINE bool leap_on(const PlanesField& field, const WalkWords& words, WalkResult& walk,
+                                        const GridPassage& passage, bool near, float (&cell)[3], float& now,
+                                        uint32_t& seen, RunRecord& runs, const AddRun& add_run,
+                                        const Look& look) {
+  // From too far away for estimates that are off by one cell at most: every plane on the way is looked at.
+  const float slack = near ? kEstimateSlack : bits_as<float>(0x7f800000u);
+  // Compilers are to know that these are so small that products of them are simple.
+  constexpr uint32_t kFewVoxels = 2 * kMaxVoxels - 1;
+  const uint32_t row = field.voxels[0] & kFewVoxels, layer = row * (field.voxels[1] & kFewVoxels);
+  const uint32_t levels = field.levels;
+  // Found anew each time: that takes fewer registers.
+  const auto sign = [&](uint32_t a) { return __builtin_copysignf(1.0f, walk.direction[a]); };
+  uint32_t at[3];
+  NIF_UNROLL
+  for (uint32_t a = 0; a < 3; ++a)
+    at[a] = bits_as<uint32_t>(multiply_add(sign(a), cell[a] + 0.5f, 0x1p23f - 0.5f)) & (kMaxCells - 1);
+  uint32_t word =
+      load_device(words.voxels, (at[0] >> levels) + row * (at[1] >> levels) + layer * (at[2] >> levels));
+  uint32_t level = levels, loads = 1;
+  while (word_kind(word) == kLink) {
+    --level;
+    const uint32_t part = (at[0] >> level & 1) | (at[1] >> level & 1) << 1 | (at[2] >> level & 1) << 2;
+    const bool there = link_mask(word) >> part & 1;
+    word = there ? load_device(words.parts, link_part(word, part)) : kEmptyPart;
+    loads += there;
+  }
+  look(loads);
+
+  // Where the segment leaves the box or the cell.
+  const bool empty = word_kind(word) == kEmptyVoxel;
+  const float size = bits_as<float>((127 + level) << 23);
+  const uint32_t box = (empty & near) ? word : 0;
+  float middle[3], exit[3];
+  NIF_UNROLL
+  for (uint32_t a = 0; a < 3; ++a) {
+    middle[a] = on_integers(at[a] >> level << level) - (0x1p23f - 0.5f * size);
+    const float extent = on_integers(extent_of(box, a, sign(a) > 0)) - (0x1p23f - 0.5f);
+    // Infinite along an axis that is not moved along, or NaN where the segment lies on the grid's far side.
+    exit[a] = (multiply_add(sign(a), extent * size, middle[a]) - walk.origin[a]) * passage.inverse[a];
+  }
+  const float t = smaller(smaller(exit[0], exit[1]), exit[2]);
+  const bool ends = !(t < passage.leave);
+  const float left = max_of(ends ? passage.leave : t, now);
+
+  bool blocked = false;
+  if (empty) {
+    seen |= empty_side(word);
+  } else {
+    const CellPassage passed = pass_cell(word, middle, size, walk.origin, walk.direction, now, left);
+    blocked = passed.blocked;
+    seen |= passed.seen;
+    if (passed.open) runs.add(passed, word, now, left, passage, walk, add_run);
+  }
+  const bool within = blocked | (seen == kSeenBoth);
+  if (kInOrder && ends && passage.leaves_grid) seen |= kSeenOutside;
+  if (within | (kInOrder & (seen == kSeenBoth))) {
+    walk.verdict = Verdict::occluded;
+    if (kInOrder) {
+      walk.last_enter = (within ? now : left) + 0.0f;
+      walk.last_leave = (within && empty ? now : left) + 0.0f;
+    }
+    return false;
+  }
+  now = left;
+  if (ends) {
+    end_walk(runs, seen, walk);
+    return false;
+  }
+
+  // In the reference's order the crossing of a lower axis at the same t comes first.
+  const bool by_0 = exit[0] == t, by_1 = exit[1] == t;
+  NIF_UNROLL
+  for (uint32_t a = 0; a < 3; ++a) {
+    const float reached = multiply_add(walk.direction[a], t, walk.origin[a]);
+    const float estimate = round_down(multiply_add(sign(a), reached, -slack));
+    const bool later = (a > 0 && by_0) | (a > 1 && by_1);
+    float before = larger(estimate, cell[a]);
+    for (;;) {
+      const float plane = before + 1;
+      const float crossed_at = multiply_add(sign(a), plane, -walk.origin[a]) * passage.inverse[a];
+      const bool crossed = (crossed_at < t) | ((crossed_at == t) & !later);
+      before = crossed ? plane : before;
+      // From far away several planes may be crossed at the same t; the last one is that of the cell.
+      if (near | !crossed) break;
+      const float share = before * bits_as<float>((127 - level) << 23);
+      if (round_down(share) == share) break;
+    }
+    cell[a] = before;
+  }
+  return true;
+}
+
+/// Walks one segment by the words of its field, of whose arrays none is read: what follow_segment() finds
+/// out, with the same runs in the same order. `look` is called for each leap and each cell, with the number
+/// of words that were read for it. kInOrder as follow_segment() has it; what a leap passes is alike, so what
+/// it proves is known where it begins.
+template <bool kInOrder = false, class AddRun, class Look>
+NIF_HOST_DEVICE void leap_segment(const PlanesField& field, const WalkWords& words, const Segment& segment,
+                                  WalkResult& walk, const AddRun& add_run, const Look& look) {
+  GridPassage passage;
+  if (!enter_grid(field, segment, walk, passage)) return;
+  const bool near = walk.certain;
+  float cell[3], now = passage.enter;
+  begin_leaps(walk, passage, cell);
+  RunRecord runs;
+  uint32_t seen = seen_before<kInOrder>(passage);
+  while (leap_on<kInOrder>(field, words, walk, passage, near, cell, now, seen, runs, add_run, look)) {
+  }
+}
+
+/// The same walk, which can be left after each leap, for other walks to begin or go on. `walk` is always the
+/// same.
+class LeapingWalk {
+ public:
+  /// False where the walk is over.
+  NIF_HOST_DEVICE NIF_INLINE bool begin(const PlanesField& field, const Segment& segment, WalkResult& walk) {
+    if (!enter_grid(field, segment, walk, passage_)) return false;
+    near_ = walk.certain;
+    begin_leaps(walk, passage_, cell_);
+    now_ = passage_.enter;
+    seen_ = seen_before<false>(passage_);
+    runs_ = {};
+    return true;
+  }
+  /// False where the walk is over.
+  template <class AddRun>
+  NIF_HOST_DEVICE NIF_INLINE bool go_on(const PlanesField& field, const WalkWords& words, WalkResult& walk,
+                                        const AddRun& add_run) {
+    return leap_on<false>(field, words, walk, passage_, near_, cell_, now_, seen_, runs_, add_run,
+                          [](uint32_t) {});
+  }
+
+ private:
+  GridPassage passage_;
+  RunRecord runs_;
+  float cell_[3];
+  float now_;
+  uint32_t seen_;
+  bool near_;
+};
+
+/// The one way in which kernels walk.
+template <bool kInOrder = false, class AddRun>
+NIF_HOST_DEVICE void walk_object(const PlanesField& field, const WalkWords& words, const Segment& segment,
+                                 WalkResult& walk, const AddRun& add_run) {
+  leap_segment<kInOrder>(field, words, segment, walk, add_run, [](uint32_t) {});
+}
+
+}  // namespace nif::kernels::gpu

@@ -1,0 +1,108 @@
+// The `exact` encoding: planes that prove most answers, and triangles for the others (docs/encodings/exact.md).
+//
+// Its answers and first hits are those of the triangles alone, bit by bit: planes prove what triangles would
+// say, and the part of a ray that they leave open has all triangles that it can meet. So a scene needs to know
+// of an object what it needs to know of its triangles.
+#pragma once
+
+#include "kernels/reference/encodings/bvh.hpp"
+#include "kernels/reference/planes/open.hpp"
+
+namespace nif::kernels {
+
+/// Of the mesh of such an object. So no ray that planes prove anything of is too far away for the BVH.
+inline constexpr float kMaxExactCoordinate = 0x1p40f;
+
+struct ExactField {
+  PlanesField planes;
+  TrianglesField triangles;  ///< the same surface
+};
+
+inline ObjectBox object_box(const ExactField& field) { return object_box(field.triangles); }
+inline float reach_scale(const ExactField& field) { return reach_scale(field.triangles); }
+inline Calibration calibration(const ExactField&) { return {}; }
+
+/// Rays that start more extents away are not moved for planes: what triangles are off by there is no longer
+/// small beside a cell.
+inline constexpr float kPlanesFarthest = kBvhReach;
+
+/// What planes see of a segment.
+struct SeenSegment {
+  Segment segment;
+  float start;  ///< from which it counts t; start_of() it where it is moved
+};
+
+/// A segment from far away is moved, as for boxes, where what planes prove of it then is true of the segment
+/// as it is (docs/encodings/exact.md, "Rays from far away"). Not on GPUs, where that would take registers
+/// from all rays: planes see the ray as it is there, and triangles give the same answers.
+NIF_RARE_PART_OF_KERNEL SeenSegment seen_by_planes(const ExactField& field, const Segment& segment) {
+  const float start = start_of(field.triangles, segment);
+  if (start == 0) return {segment, 0};
+  const float steepest = largest_of(segment.direction);
+  const SeenSegment moved{moved_to(start, segment), start};
+  const float reach = max_of(largest_of(moved.segment.origin), field.triangles.extent);
+  const bool holds = largest_of(segment.origin) <= field.triangles.extent * kPlanesFarthest &&
+                     reach * field.planes.cells_per_unit <= kCullingReach && steepest >= kMinDirection &&
+                     steepest <= kMaxDirection && segment.tmin <= segment.tmax;
+  return holds ? moved : SeenSegment{segment, 0};
+}
+
+/// Whether an answer that planes have proven is certain: it is that of the triangles.
+inline bool certain_by_planes(const ExactField& field, const Segment& segment, const SeenSegment& seen) {
+  return seen.start == 0 || certain_bvh(field.triangles, segment);
+}
+
+/// Culls boxes by what a walk leaves open of a segment, which counts t from `start`. The triangles that a ray
+/// meets are the same.
+template <class Real>
+NIF_HOST_DEVICE void cull(const PlanesField& field, const Segment& segment, float start,
+                          const OpenInterval& open, BvhRayOf<Real>& ray) {
+  if (start != ray.start || !is_culled(field, segment)) return;
+  ray.enter = max_of(open.begin, ray.enter);
+  ray.leave = min_of(open.end, ray.leave);
+}
+
+inline Answer query(const ExactField& field, const Segment& segment) {
+  BvhRay ray;
+  if (!prepare_ray(field.triangles, segment, ray)) return answer_no_ray(segment);
+  const SeenSegment seen = seen_by_planes(field, segment);
+  WalkResult walk;
+  OpenInterval open;
+  follow_segment(field.planes, seen.segment, walk, KeepOpen{open}, NoVisit());
+  if (walk.certain) {
+    const bool visible = walk.verdict == Verdict::visible;
+    return {visible, certain_by_planes(field, segment, seen), visible ? kCertainLogit : -kCertainLogit};
+  }
+  if (walk.verdict == Verdict::ambiguous) cull(field.planes, seen.segment, seen.start, open, ray);
+  const bool visible = !meets_bvh(field.triangles, ray);
+  return {visible, certain_bvh(field.triangles, segment), visible ? kCertainLogit : -kCertainLogit};
+}
+
+/// Culls boxes by a walk in order, whose open cells are in `open`, to where the first hit is. False where
+/// nothing is met, for certain.
+NIF_HOST_DEVICE inline bool cull_to_hit(const PlanesField& field, const Segment& segment, float start,
+                                        const WalkResult& walk, OpenInterval& open, BvhRay& ray) {
+  if (walk.verdict == Verdict::visible && walk.certain) return false;
+  if (walk.verdict == Verdict::occluded && walk.certain) {
+    if (walk.run_count == 0) open.begin = walk.last_enter;
+    open.end = walk.last_leave;
+    cull(field, segment, start, open, ray);
+  } else if (walk.verdict == Verdict::ambiguous) {
+    cull(field, segment, start, open, ray);
+  }
+  return true;
+}
+
+inline Hit intersect(const ExactField& field, const Segment& segment, float limit = kNoHit) {
+  BvhRay ray;
+  if (!prepare_ray(field.triangles, segment, ray)) return no_hit(answer_no_ray(segment).certain);
+  const SeenSegment seen = seen_by_planes(field, segment);
+  WalkResult walk;
+  OpenInterval open;
+  follow_segment<true>(field.planes, seen.segment, walk, KeepOpen{open}, NoVisit());
+  if (!cull_to_hit(field.planes, seen.segment, seen.start, walk, open, ray))
+    return no_hit(certain_by_planes(field, segment, seen));
+  return nearest_hit(field.triangles, segment, limit, ray);
+}
+
+}  // namespace nif::kernels

@@ -1,0 +1,70 @@
+// The `segment` encoding: planes that prove most answers, and a network for the others
+// (docs/encodings/segment.md). What a scene needs to know of an object is what it needs to know of its planes.
+#pragma once
+
+#include "kernels/reference/encodings/proof.hpp"
+#include "kernels/reference/network/evaluate.hpp"
+#include "kernels/reference/network/samples.hpp"
+
+namespace nif::kernels {
+
+inline Calibration calibration(const SegmentField& field) { return field.network.calibration; }
+
+// What query_as() does with runs: structures, because GPU compilers want to know of a lambda that a device
+// could call it.
+struct KeepRuns {
+  Run* kept;
+  uint32_t room;
+  NIF_HOST_DEVICE void operator()(uint32_t i, const Run& run) const {
+    if (i < room) kept[i] = run;
+  }
+};
+struct PlaceRuns {
+  SamplePlacer& placer;
+  Placement& placement;
+  uint32_t count;
+  NIF_HOST_DEVICE void operator()(uint32_t i, const Run& run) const {
+    placer.add(run, i + 1 == count, placement);
+  }
+};
+
+/// As query(), of a field in another form that has its own voxel_word() and interpolate_features().
+template <class Field>
+Answer query_as(const Field& field, const Segment& segment) {
+  // More runs are rare, and threads may have little stack.
+  constexpr uint32_t kKeptRuns = 64;
+  Run kept[kKeptRuns];
+  WalkResult walk;
+  follow_segment(field, segment, walk, KeepRuns{kept, kKeptRuns}, NoVisit());
+  if (walk.verdict != Verdict::ambiguous) {
+    const bool visible = walk.verdict == Verdict::visible;
+    return {visible, walk.certain, visible ? kCertainLogit : -kCertainLogit};
+  }
+  Placement placement;
+  SamplePlacer placer(field, walk);
+  const PlaceRuns add{placer, placement, walk.run_count};
+  if (walk.run_count <= kKeptRuns) {
+    for (uint32_t i = 0; i < walk.run_count; ++i) add(i, kept[i]);
+  } else {
+    WalkResult again;
+    follow_segment(field, segment, again, add, NoVisit());
+  }
+  place_globals(field, walk, placement.globals);
+  uint8_t inputs[kMaxInputs];
+  gather_inputs(field, placement, inputs);
+  const int32_t logit = evaluate_network(field.network, inputs);
+  return {logit >= 0, false, logit};
+}
+inline Answer query(const SegmentField& field, const Segment& segment) { return query_as(field, segment); }
+
+/// As intersect(), of a field in another form that has its own voxel_word() and interpolate_features().
+template <class Field>
+Hit intersect_as(const Field& field, const Segment& segment, float limit) {
+  return hit_by_planes(field, segment, limit,
+                       [&](const Segment& part) { return !query_as(field, part).visible; });
+}
+inline Hit intersect(const SegmentField& field, const Segment& segment, float limit = kNoHit) {
+  return intersect_as(field, segment, limit);
+}
+
+}  // namespace nif::kernels

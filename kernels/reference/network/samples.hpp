@@ -1,0 +1,211 @@
+// From a walked segment to the integers that the network reads: sample points, interpolation weights, inputs.
+#pragma once
+
+#include "kernels/reference/network/field.hpp"
+#include "kernels/reference/planes/walk.hpp"
+
+namespace nif::kernels {
+
+/// One point along the segment: the voxel it lies in and how far along each axis, in 1/128 of a voxel.
+/// 128 stands for the voxel's far end.
+struct SamplePoint {
+  uint16_t voxel[3];
+  uint8_t fraction[3];
+  uint8_t height;  ///< between the planes of its cell, 0..kTopHeight
+};
+
+inline constexpr int32_t kFractionOne = 128;
+
+/// The inputs that are not of a point, 0..127 each. A segment and its reverse are equally blocked, so both
+/// are presented alike: from the end that makes the direction point into the upper half space.
+enum GlobalInput : uint32_t {
+  kInputDirectionX,
+  kInputDirectionY,
+  kInputDirectionZ,
+  kInputLength,      ///< length of the runs, times length_scale
+  kInputSawOutside,  ///< 0 or 127, as the next three
+  kInputSawInside,
+  kInputStarts,  ///< the segment starts in a run
+  kInputEnds,    ///< it ends in one
+};
+static_assert(kInputEnds + 1 == kGlobalInputs);
+
+struct Placement {
+  SamplePoint points[kMaxSamples];  ///< [SegmentField::samples]
+  uint8_t globals[kGlobalInputs];
+};
+
+/// Is the segment presented from its end?
+NIF_HOST_DEVICE inline bool presented_reversed(const WalkResult& walk) {
+  const float* d = walk.direction;
+  return d[2] < 0 || (d[2] == 0 && (d[1] < 0 || (d[1] == 0 && d[0] < 0)));
+}
+
+/// How high a point of a run is between the planes there. Of a run without length: 0.
+NIF_HOST_DEVICE inline uint8_t height_at(const Run& run, float t) {
+  const float from = static_cast<float>(begin_height(run.heights)),
+              to = static_cast<float>(end_height(run.heights));
+  const float share = (t - run.begin) / (run.end - run.begin);
+  return uint8_t(to_index(from + (to - from) * share + 0.5f, kTopHeight));
+}
+
+/// Spreads K points evenly by arc length over runs, which come one after the other.
+struct PointSpread {
+  uint32_t count;       ///< K
+  float spacing;        ///< arc length between points
+  bool reversed;        ///< points are numbered from the segment's end
+  float run_start = 0;  ///< arc length at the begin of the current run
+  uint32_t placed = 0;
+
+  /// Calls put(number, t, height) for each of the points that lie in the run.
+  template <class Put>
+  NIF_HOST_DEVICE void place(const Run& run, bool last, const Put& put) {
+    for (; placed < count; ++placed) {
+      const float s = (static_cast<float>(placed) + 0.5f) * spacing;
+      if (!last && s > run_start + (run.end - run.begin)) {
+        run_start += run.end - run.begin;
+        return;
+      }
+      const float t = min_of(run.begin + (s - run_start), run.end);
+      put(reversed ? count - 1 - placed : placed, t, height_at(run, t));
+    }
+  }
+};
+
+/// At the first run of an ambiguous walk.
+NIF_HOST_DEVICE inline PointSpread start_spread(uint32_t samples, const WalkResult& walk) {
+  return {samples, walk.open_t / static_cast<float>(samples), presented_reversed(walk)};
+}
+
+/// Places the points of an ambiguous walk.
+class SamplePlacer {
+ public:
+  /// The walk must outlive this; its runs are not needed.
+  NIF_HOST_DEVICE SamplePlacer(const SegmentField& field, const WalkResult& walk)
+      : field_(field), walk_(walk), spread_(start_spread(field.samples, walk)) {}
+
+  /// Calls put(number, t, height) for each of the points that lie in the run.
+  template <class Put>
+  NIF_HOST_DEVICE void place(const Run& run, bool last, const Put& put) {
+    spread_.place(run, last, put);
+  }
+
+  NIF_HOST_DEVICE SamplePoint point_at(float t, uint8_t height) const {
+    SamplePoint point;
+    point.height = height;
+    NIF_UNROLL
+    for (int a = 0; a < 3; ++a) {
+      const float at = (walk_.origin[a] + t * walk_.direction[a]) * field_.voxels_per_cell;
+      const int32_t voxel = to_index(at, int32_t(field_.voxels[a]) - 1);
+      point.voxel[a] = uint16_t(voxel);
+      const float scaled = (at - static_cast<float>(voxel)) * static_cast<float>(kFractionOne) + 0.5f;
+      point.fraction[a] = uint8_t(to_index(scaled, kFractionOne));
+    }
+    return point;
+  }
+
+  /// Calls put(number, point) for each of the points that lie in the run.
+  template <class Put>
+  NIF_HOST_DEVICE void add(const Run& run, bool last, const Put& put) {
+    place(run, last, [&](uint32_t number, float t, uint8_t height) { put(number, point_at(t, height)); });
+  }
+
+  /// The same, into a placement.
+  NIF_HOST_DEVICE void add(const Run& run, bool last, Placement& placement) {
+    add(run, last, [&](uint32_t number, const SamplePoint& point) { placement.points[number] = point; });
+  }
+
+ private:
+  const SegmentField& field_;
+  const WalkResult& walk_;
+  PointSpread spread_;
+};
+
+/// The inputs [kGlobalInputs] of an ambiguous walk that are not of a point.
+NIF_HOST_DEVICE inline void place_globals(const SegmentField& field, const WalkResult& walk,
+                                          uint8_t* globals) {
+  const float* d = walk.direction;
+  const bool reversed = presented_reversed(walk);
+  const float length = square_root(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+  for (int a = 0; a < 3; ++a) {
+    const float unit = d[a] / length;
+    globals[a] = uint8_t(to_index(64.0f + 63.5f * (reversed ? -unit : unit), 127));
+  }
+  globals[kInputLength] = uint8_t(to_index(walk.open_t * length * field.length_scale + 0.5f, 127));
+  globals[kInputSawOutside] = walk.saw_outside ? 127 : 0;
+  globals[kInputSawInside] = walk.saw_inside ? 127 : 0;
+  const bool starts = reversed ? walk.ends_open : walk.starts_open;
+  const bool ends = reversed ? walk.starts_open : walk.ends_open;
+  globals[kInputStarts] = starts ? 127 : 0;
+  globals[kInputEnds] = ends ? 127 : 0;
+}
+
+NIF_HOST_DEVICE inline void place_samples(const SegmentField& field, const Walk& walk, Placement& placement) {
+  SamplePlacer placer(field, walk);
+  for (uint32_t r = 0; r < walk.run_count; ++r) placer.add(walk.runs[r], r + 1 == walk.run_count, placement);
+  place_globals(field, walk, placement.globals);
+}
+
+inline constexpr uint32_t kNoCorner = 0xffffffffu;
+
+/// Index of the corner (x,y,z) among those that have features, or kNoCorner.
+NIF_HOST_DEVICE inline uint32_t corner_index(const SegmentField& field, uint32_t x, uint32_t y, uint32_t z) {
+  const uint32_t brick = (x >> 2) + field.bricks[0] * ((y >> 2) + field.bricks[1] * (z >> 2));
+  const uint16_t entry = field.brick_table[brick];
+  if (entry < kFirstMixedBrick) return kNoCorner;
+  const uint64_t corners = field.brick_corners[entry - kFirstMixedBrick];
+  const uint32_t bit = (x & 3) + 4 * (y & 3) + 16 * (z & 3);
+  if (!((corners >> bit) & 1)) return kNoCorner;
+  const uint64_t below = corners & ((uint64_t{1} << bit) - 1);
+  return field.corner_base[entry - kFirstMixedBrick] + count_bits(below);
+}
+
+/// Weight of corner c (bit 0: x, bit 1: y, bit 2: z) of a point's voxel; the eight sum to 2^21.
+NIF_HOST_DEVICE constexpr int32_t corner_weight(const uint8_t fraction[3], int c) {
+  int32_t weight = 1;
+  for (int a = 0; a < 3; ++a)
+    weight *= (c >> a) & 1 ? int32_t(fraction[a]) : kFractionOne - int32_t(fraction[a]);
+  return weight;
+}
+
+/// Rounds a trilinear sum of features (-127..127 times 2^21) to an input 0..127; 64 where no corner has a
+/// feature.
+NIF_HOST_DEVICE constexpr uint8_t feature_input(int32_t sum) {
+  return uint8_t((sum + (127 << 21) + (1 << 21)) >> 22);
+}
+
+/// Calls add(corner, weight) for each corner of a point's voxel that has features.
+template <class Add>
+NIF_HOST_DEVICE void for_each_corner(const SegmentField& field, const SamplePoint& point, const Add& add) {
+  NIF_UNROLL
+  for (int c = 0; c < 8; ++c) {
+    const uint32_t corner = corner_index(field, point.voxel[0] + (c & 1), point.voxel[1] + ((c >> 1) & 1),
+                                         point.voxel[2] + (c >> 2));
+    if (corner != kNoCorner) add(corner, corner_weight(point.fraction, c));
+  }
+}
+
+/// The inputs [features_per_corner] of one point.
+NIF_HOST_DEVICE inline void interpolate_features(const SegmentField& field, const SamplePoint& point,
+                                                 uint8_t* inputs) {
+  const uint32_t features = field.features_per_corner;
+  int32_t sums[kMaxFeatures] = {};
+  for_each_corner(field, point, [&](uint32_t corner, int32_t weight) {
+    for (uint32_t f = 0; f < features; ++f) sums[f] += weight * field.features[corner * features + f];
+  });
+  for (uint32_t f = 0; f < features; ++f) inputs[f] = feature_input(sums[f]);
+}
+
+/// All inputs of the network: K points x F features, point by point, then the K heights, then the globals.
+template <class Field>
+void gather_inputs(const Field& field, const Placement& placement, uint8_t* inputs) {
+  const uint32_t features = field.features_per_corner;
+  uint8_t* const heights = inputs + field.samples * features;
+  for (uint32_t j = 0; j < field.samples; ++j) {
+    interpolate_features(field, placement.points[j], inputs + j * features);
+    heights[j] = placement.points[j].height;
+  }
+  for (uint32_t g = 0; g < kGlobalInputs; ++g) heights[field.samples + g] = placement.globals[g];
+}
+
+}  // namespace nif::kernels

@@ -1,0 +1,131 @@
+// The first hit of an object that has a grid with planes: where a walk proves one, or leaves it open.
+//
+// What is met lies in an open cell: planes prove that nothing else holds a triangle, and a wall, or a way
+// from what is proven outside to what is proven inside, that the last cell does where the walk ends there.
+// Which of the cells it is, a network may say: of the segment up to the end of each.
+#pragma once
+
+#include <type_traits>
+
+#include "kernels/reference/hit.hpp"
+#include "kernels/reference/planes/open.hpp"
+
+namespace nif::kernels {
+
+/// The open cells of a walk, in order. Of more than there is room for, the last takes the place of those
+/// before it.
+struct OpenCells {
+  static constexpr uint32_t kRoom = 64;
+  OpenCell cells[kRoom];
+};
+struct KeepCells {
+  OpenCells& open;
+  NIF_HOST_DEVICE void operator()(uint32_t number, const OpenCell& cell) const {
+    open.cells[number < OpenCells::kRoom ? number : OpenCells::kRoom - 1] = cell;
+  }
+};
+NIF_HOST_DEVICE inline uint32_t kept_cells(const WalkResult& walk) {
+  return walk.run_count < OpenCells::kRoom ? walk.run_count : OpenCells::kRoom;
+}
+
+/// What a walk proves of the first hit, as t: everything but its place. `certain`: as of the walk, where it
+/// is not ambiguous; `first`: where the first open cell is entered, or where there is none the last piece;
+/// `last`: where that is left.
+NIF_HOST_DEVICE inline Hit bounds_of(const PlanesField& field, const Segment& segment, Verdict verdict,
+                                     bool certain, float first, float last) {
+  if (verdict == Verdict::visible) return no_hit(certain);
+  Hit hit;
+  // From farther away the rounding of `first` may be more than what cells are padded by.
+  if (is_culled(field, segment))
+    hit.low = first;
+  else if (verdict == Verdict::occluded && certain)
+    hit.low = segment.tmin;
+  if (verdict == Verdict::occluded && certain) hit.high = last;
+  return hit;
+}
+
+/// In the middle between the planes of a cell that is passed.
+NIF_HOST_DEVICE inline void place_hit(const OpenCell& cell, Hit& hit) {
+  const float middle = cell.begin + 0.5f * (cell.end - cell.begin);
+  hit.t = max_of(min_of(middle, min_of(cell.end, kNever)), -kNever);  // finite, whatever the ends are
+  if (cell.word == kBareCell) return;
+  const CellNormal normal = cell_normal(cell.word);
+  hit.normal[0] = static_cast<float>(normal.x);
+  hit.normal[1] = static_cast<float>(normal.y);
+  hit.normal[2] = static_cast<float>(normal.z);
+}
+
+/// Says nothing of what is left open: that counts as occluded, and as met in the last open cell.
+struct NoNetwork {};
+
+/// The first hit of a segment, from its walk in order. Of the open cells that are kept of it, of which there
+/// is one at least where they are asked for: `cells.first_enter()` is where the first is entered,
+/// `cells.last()` the last one, and `cells.at(i)` any other. `network(segment)`: is a segment that is left
+/// open occluded? It is asked about the whole one, and about parts from its begin on: the hit is in the first
+/// cell up to whose end the segment is occluded, found by halves; in the last one where it is in no other.
+template <class Cells, class Network>
+NIF_HOST_DEVICE NIF_INLINE Hit hit_in_cells(const PlanesField& field, const Segment& segment,
+                                            const WalkResult& walk, const Cells& cells, float limit,
+                                            const Network& network) {
+  const uint32_t count = kept_cells(walk);
+  Hit hit = bounds_of(field, segment, walk.verdict, walk.certain,
+                      count != 0 ? cells.first_enter() : walk.last_enter, walk.last_leave);
+  if (walk.verdict == Verdict::visible) return hit;
+  if (hit.low > limit) {
+    hit.t = hit.low;
+    return hit;
+  }
+  if (count == 0) {  // from one side to the other, between two pieces
+    hit.t = walk.last_enter;
+    return hit;
+  }
+  OpenCell cell = cells.last();
+  if constexpr (!std::is_same_v<Network, NoNetwork>) {
+    // The network is asked in one place: GPUs have all of its code there.
+    bool whole = walk.verdict == Verdict::ambiguous;
+    uint32_t first = 0, last = count - 1;
+    while (whole || first < last) {
+      const uint32_t middle = (first + last) / 2;
+      Segment part = segment;
+      OpenCell asked = cell;
+      if (!whole) {
+        asked = cells.at(middle);
+        part.tmax = asked.leave;
+      }
+      const bool occluded = network(part);
+      if (whole && !occluded) return hit;
+      if (whole)
+        whole = false;
+      else if (occluded)
+        last = middle, cell = asked;
+      else
+        first = middle + 1;
+    }
+  }
+  place_hit(cell, hit);
+  return hit;
+}
+
+/// The open cells that a walk has kept in an array.
+struct ListedCells {
+  const OpenCells& open;
+  uint32_t count;
+  NIF_HOST_DEVICE float first_enter() const { return open.cells[0].enter; }
+  NIF_HOST_DEVICE OpenCell last() const { return open.cells[count - 1]; }
+  NIF_HOST_DEVICE OpenCell at(uint32_t i) const { return open.cells[i]; }
+};
+
+/// Field: as follow_segment() has it. `network` as for hit_in_cells().
+template <class Field, class Network>
+Hit hit_by_planes(const Field& field, const Segment& segment, float limit, const Network& network) {
+  WalkResult walk;
+  OpenCells open;
+  follow_segment<true>(field, segment, walk, KeepCells{open}, NoVisit());
+  return hit_in_cells(field, segment, walk, ListedCells{open, kept_cells(walk)}, limit, network);
+}
+
+inline Hit intersect(const PlanesField& field, const Segment& segment, float limit = kNoHit) {
+  return hit_by_planes(field, segment, limit, NoNetwork());
+}
+
+}  // namespace nif::kernels

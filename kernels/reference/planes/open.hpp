@@ -1,0 +1,73 @@
+// Where a walk leaves a segment open, and what is answered of it by proofs alone.
+#pragma once
+
+#include "kernels/reference/planes/walk.hpp"
+
+namespace nif::kernels {
+
+/// From where a walk enters its first open cell to where it leaves the last, as t.
+struct OpenInterval {
+  float begin = 0, end = 0;
+};
+/// Is called with each open cell in turn. A structure, because GPU compilers want to know of a lambda that a
+/// device could call it.
+struct KeepOpen {
+  OpenInterval& open;
+  NIF_HOST_DEVICE void operator()(uint32_t number, const OpenCell& cell) const {
+    if (number == 0) open.begin = cell.enter;
+    open.end = cell.leave;
+  }
+};
+
+/// From this far away, in finest cells, the ends are so near to where they should be that no triangle lies
+/// beyond them. Rays from farther away are looked at as a whole.
+inline constexpr float kCullingReach = kCertainReach / 4;
+
+NIF_HOST_DEVICE inline bool is_culled(const PlanesField& field, const Segment& segment) {
+  bool near = true;
+  NIF_UNROLL
+  for (int a = 0; a < 3; ++a)
+    near = near && magnitude(segment.origin[a] - field.origin[a]) * field.cells_per_unit <= kCullingReach;
+  return near;
+}
+
+/// The logit of a ray that is left open: it counts as occluded.
+inline constexpr int32_t kOpenLogit = -1;
+
+NIF_HOST_DEVICE inline OpenInterval all_of(const Segment& segment) { return {segment.tmin, segment.tmax}; }
+
+/// The part of a segment in which a caller's own triangles can decide what a walk has left open: a voxel's
+/// length more than `open` at each end, but no more than the segment. The whole segment where rounding could
+/// be more than that.
+NIF_HOST_DEVICE inline OpenInterval widen(const PlanesField& field, const Segment& segment,
+                                          const WalkResult& walk, const OpenInterval& open) {
+  if (!is_culled(field, segment)) return all_of(segment);
+  float steepest = 0;
+  NIF_UNROLL
+  for (int a = 0; a < 3; ++a) steepest = max_of(magnitude(walk.direction[a]), steepest);
+  const float voxel = static_cast<float>(1u << field.levels) / steepest;
+  return {max_of(open.begin - voxel, segment.tmin), min_of(open.end + voxel, segment.tmax)};
+}
+
+/// What becomes of a walk: its answer where that is proven; else one that is not certain, and in `open` the
+/// part of the segment that has to be looked at. `open` comes with the walk's runs.
+NIF_HOST_DEVICE inline Answer answer_of(const PlanesField& field, const Segment& segment,
+                                        const WalkResult& walk, OpenInterval& open) {
+  if (walk.verdict == Verdict::ambiguous) {
+    open = widen(field, segment, walk, open);
+    return {false, false, kOpenLogit};
+  }
+  open = all_of(segment);
+  const bool visible = walk.verdict == Verdict::visible;
+  return {visible, walk.certain, visible ? kCertainLogit : -kCertainLogit};
+}
+
+/// `open` has a meaning only where the answer is not certain. Field: as follow_segment() has it.
+template <class Field>
+Answer prove(const Field& field, const Segment& segment, OpenInterval& open) {
+  WalkResult walk;
+  follow_segment(field, segment, walk, KeepOpen{open}, NoVisit());
+  return answer_of(field, segment, walk, open);
+}
+
+}  // namespace nif::kernels

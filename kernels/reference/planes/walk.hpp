@@ -1,0 +1,348 @@
+// The walk of a segment through the occupancy grid and the cells in it: exact answers first, and where the
+// surface may be.
+//
+// This header defines the answer. All of it is IEEE single precision in the order written, without
+// contraction; other kernels may leap over voxels but must arrive at the same crossings
+// (docs/encodings/segment.md, "The walk").
+#pragma once
+
+#include "kernels/reference/arithmetic.hpp"
+#include "kernels/reference/planes/cells.hpp"
+#include "kernels/reference/ray.hpp"
+
+namespace nif::kernels {
+
+enum class Verdict : uint8_t {
+  visible,    ///< nothing on the way is open
+  occluded,   ///< through a wall, or both in what is proven outside and in what is proven inside
+  ambiguous,  ///< the network has to say
+};
+
+enum class VoxelState : uint8_t { outside, inside, unknown, surface };
+
+/// The part of a segment that lies between the planes of an open cell.
+struct Run {
+  float begin, end;  ///< as t
+  uint32_t heights;  ///< of both ends, see make_heights()
+};
+
+/// Each cell has one at most, and no axis is walked twice.
+inline constexpr uint32_t kMaxRuns = 3 * kMaxCells + 1;
+
+/// What a walk finds out, but for the runs themselves.
+struct WalkResult {
+  Verdict verdict = Verdict::visible;
+  bool certain = true;  ///< false where ambiguous, or where rounding may exceed what the voxels are padded by
+
+  // Of a walk in order whose verdict is occluded: between which t that was known. Of a cell, where it is
+  // entered and left. A voxel that is no surface is what it is from its entry on; and the end of the segment
+  // is a place.
+  float last_enter = 0, last_leave = 0;
+
+  // The rest is set where the verdict is ambiguous.
+  bool saw_outside = false, saw_inside = false;
+  bool starts_open =
+      false;  ///< the first run begins at the segment's own start, not at its entry into the grid
+  bool ends_open = false;                   ///< the last run ends at the segment's own end
+  float origin[3] = {}, direction[3] = {};  ///< in grid space, whose unit is a finest cell
+  float open_t = 0;                         ///< sum of the runs' lengths, in t
+  uint32_t run_count = 0;
+};
+
+struct Walk : WalkResult {
+  Run runs[kMaxRuns];
+};
+
+/// A component below this fraction of the largest moves less than the padding across the whole grid: taken as
+/// 0.
+inline constexpr float kFlatDirection = 0x1p-40f;
+
+/// Later than any crossing.
+inline constexpr float kNever = 3.402823466e+38f;
+
+/// Where a voxel's bits are.
+struct BrickPlace {
+  uint32_t entry;  ///< of brick_table
+  uint32_t bit;
+};
+NIF_HOST_DEVICE inline BrickPlace brick_place(const PlanesField& field, const int32_t voxel[3]) {
+  const uint32_t x = uint32_t(voxel[0]), y = uint32_t(voxel[1]), z = uint32_t(voxel[2]);
+  const uint32_t brick = (x >> 2) + field.bricks[0] * ((y >> 2) + field.bricks[1] * (z >> 2));
+  return {field.brick_table[brick], (x & 3) + 4 * (y & 3) + 16 * (z & 3)};
+}
+NIF_HOST_DEVICE inline VoxelState state_in(const BrickStates& states, uint32_t bit) {
+  const uint32_t surface = uint32_t(states.surface >> bit) & 1, aux = uint32_t(states.aux >> bit) & 1;
+  if (surface) return aux ? VoxelState::unknown : VoxelState::surface;
+  return aux ? VoxelState::inside : VoxelState::outside;
+}
+NIF_HOST_DEVICE inline VoxelState voxel_state(const PlanesField& field, const int32_t voxel[3]) {
+  const BrickPlace at = brick_place(field, voxel);
+  if (at.entry < kFirstMixedBrick) return static_cast<VoxelState>(at.entry);
+  return state_in(field.brick_states[at.entry - kFirstMixedBrick], at.bit);
+}
+
+/// SeenBits of a voxel that is no surface.
+NIF_HOST_DEVICE constexpr uint32_t seen_in(VoxelState state) {
+  return state == VoxelState::outside  ? uint32_t(kSeenOutside)
+         : state == VoxelState::inside ? uint32_t(kSeenInside)
+                                       : 0u;
+}
+
+/// A voxel's record where it is surface; else make_empty().
+NIF_HOST_DEVICE inline uint32_t voxel_word(const PlanesField& field, const int32_t voxel[3]) {
+  const BrickPlace at = brick_place(field, voxel);
+  if (at.entry < kFirstMixedBrick) return make_empty(seen_in(static_cast<VoxelState>(at.entry)));
+  const BrickStates& states = field.brick_states[at.entry - kFirstMixedBrick];
+  const VoxelState state = state_in(states, at.bit);
+  if (state != VoxelState::surface) return make_empty(seen_in(state));
+  const uint64_t below = states.surface & ~states.aux & ((uint64_t{1} << at.bit) - 1);
+  return field.voxel_records[field.voxel_base[at.entry - kFirstMixedBrick] + count_bits(below)];
+}
+
+/// A cube of the grid in which a walk asks one question: a voxel that is no surface, a cell with planes, or a
+/// part that no triangle touches.
+struct Piece {
+  int32_t low[3];  ///< its first finest cell
+  int32_t size;    ///< in finest cells: a power of two
+  uint32_t word;   ///< planes, make_empty(), or kEmptyPart
+};
+inline constexpr uint32_t kEmptyPart = make_empty(0);
+
+/// The piece that holds a finest cell. Links are no deeper than field.levels.
+template <class Field>
+NIF_HOST_DEVICE Piece find_piece(const Field& field, const int32_t (&cell)[3]) {
+  Piece piece;
+  const int32_t voxel[3] = {cell[0] >> field.levels, cell[1] >> field.levels, cell[2] >> field.levels};
+  piece.word = voxel_word(field, voxel);
+  piece.size = 1 << field.levels;
+  while (word_kind(piece.word) == kLink) {
+    piece.size >>= 1;
+    uint32_t part = 0;
+    NIF_UNROLL
+    for (int a = 0; a < 3; ++a) part |= (cell[a] & piece.size) != 0 ? 1u << a : 0u;
+    piece.word = link_mask(piece.word) >> part & 1 ? field.parts[link_part(piece.word, part)] : kEmptyPart;
+  }
+  NIF_UNROLL
+  for (int a = 0; a < 3; ++a) piece.low[a] = cell[a] & ~(piece.size - 1);
+  return piece;
+}
+
+/// Looks at no piece.
+struct NoVisit {
+  NIF_HOST_DEVICE void operator()(const Piece&) const {}
+};
+
+/// Takes a segment's origin and direction to grid space, where components of the direction that move nothing
+/// are 0. False where the segment is none: a number that is not finite, no direction, or one smaller or
+/// larger than can be computed with.
+template <class Field>
+NIF_HOST_DEVICE bool to_grid_space(const Field& field, const Segment& segment, WalkResult& walk,
+                                   float& reach) {
+  bool finite = true;
+  float steepest = 0;
+  reach = 0;
+  NIF_UNROLL
+  for (int a = 0; a < 3; ++a) {
+    walk.origin[a] = (segment.origin[a] - field.origin[a]) * field.cells_per_unit;
+    walk.direction[a] = segment.direction[a] * field.cells_per_unit;
+    finite = finite && is_finite(walk.origin[a]) && is_finite(walk.direction[a]);
+    reach = max_of(magnitude(walk.origin[a]), reach);
+    steepest = max_of(magnitude(walk.direction[a]), steepest);
+  }
+  NIF_UNROLL
+  for (int a = 0; a < 3; ++a)
+    if (magnitude(walk.direction[a]) < steepest * kFlatDirection) walk.direction[a] = 0;
+  return finite && steepest >= kMinDirection && steepest <= kMaxDirection;
+}
+
+/// Where a segment passes the grid.
+struct GridPassage {
+  float inverse[3];  ///< of the direction; infinite along an axis that is not moved along
+  float enter, leave;
+  bool enters_grid, leaves_grid;  ///< the segment is clipped at that end
+  int32_t cell[3];                ///< the first
+  uint32_t seen;                  ///< SeenBits: beyond the grid everything is outside
+};
+
+/// The start of any walk. False where it meets no cell; `walk` then is what comes of it.
+template <class Field>
+NIF_HOST_DEVICE bool enter_grid(const Field& field, const Segment& segment, WalkResult& walk,
+                                GridPassage& passage) {
+  walk.verdict = Verdict::visible;
+  walk.certain = true;
+  walk.run_count = 0;
+
+  // To grid space. A segment that is not one (NaN, no direction, tmin > tmax) meets nothing; it is certain of
+  // that only where it is empty by definition.
+  float reach;
+  const bool valid = to_grid_space(field, segment, walk, reach);
+  if (!(segment.tmin <= segment.tmax)) {
+    walk.certain = segment.tmin > segment.tmax;
+    return false;
+  }
+  if (!valid) {
+    walk.certain = false;
+    return false;
+  }
+  walk.certain = reach <= kCertainReach;
+
+  // Clip to the grid.
+  float enter = segment.tmin, leave = segment.tmax;
+  bool enters_grid = false, leaves_grid = false;
+  NIF_UNROLL
+  for (int a = 0; a < 3; ++a) {
+    const float size = static_cast<float>(field.voxels[a] << field.levels);
+    const float inverse = passage.inverse[a] = 1.0f / walk.direction[a];
+    if (walk.direction[a] == 0) {
+      if (!(walk.origin[a] >= 0 && walk.origin[a] <= size)) return false;
+      continue;
+    }
+    const bool up = walk.direction[a] > 0;
+    const float low = (0 - walk.origin[a]) * inverse, high = (size - walk.origin[a]) * inverse;
+    const float first = up ? low : high, last = up ? high : low;
+    if (first > enter) enter = first, enters_grid = true;
+    if (last < leave) leave = last, leaves_grid = true;
+  }
+  // Where a number so large divides one so small that every crossing overflows, the segment comes nowhere.
+  if (!(enter <= leave && enter <= kNever)) return false;
+
+  NIF_UNROLL
+  for (int a = 0; a < 3; ++a) {
+    const float at = walk.origin[a] + enter * walk.direction[a];
+    passage.cell[a] = to_index(at, int32_t(field.voxels[a] << field.levels) - 1);
+  }
+  passage.seen = enters_grid || leaves_grid ? uint32_t(kSeenOutside) : 0u;
+  passage.enter = enter;
+  passage.leave = leave;
+  passage.enters_grid = enters_grid;
+  passage.leaves_grid = leaves_grid;
+  return true;
+}
+
+/// A run, and the cell that it is in.
+struct OpenCell : Run {
+  float enter, leave;  ///< where the segment passes the cell, as t
+  uint32_t word;       ///< its planes
+};
+
+/// What is known of the runs of a walk on its way.
+struct RunRecord {
+  float open_t = 0;
+  bool starts_open = false, ends_open = false;
+
+  /// The next cell that is open, passed from `enter` to `leave`.
+  template <class AddRun>
+  NIF_HOST_DEVICE void add(const CellPassage& passed, uint32_t word, float enter, float leave,
+                           const GridPassage& passage, WalkResult& walk, const AddRun& add_run) {
+    // A zero is positive, whichever crossing it is.
+    const OpenCell run{
+        {passed.begin + 0.0f, passed.end + 0.0f, passed.heights}, enter + 0.0f, leave + 0.0f, word};
+    if (walk.run_count == 0) starts_open = run.begin == passage.enter && !passage.enters_grid;
+    ends_open = run.end == passage.leave && !passage.leaves_grid;
+    open_t += run.end - run.begin;
+    add_run(walk.run_count++, run);
+  }
+};
+
+/// The end of any walk that is not blocked: `seen` is what it has been in.
+NIF_HOST_DEVICE inline void end_walk(const RunRecord& runs, uint32_t seen, WalkResult& walk) {
+  if (walk.run_count == 0) return;
+  walk.verdict = Verdict::ambiguous;
+  walk.certain = false;
+  walk.saw_outside = (seen & kSeenOutside) != 0;
+  walk.saw_inside = (seen & kSeenInside) != 0;
+  walk.starts_open = runs.starts_open;
+  walk.ends_open = runs.ends_open;
+  walk.open_t = runs.open_t;
+}
+
+/// Walks one segment. `walk` is overwritten. `add_run` is called with each run (an OpenCell) and its number,
+/// in order, and `visit` with each piece on the way: the baker counts work with it.
+///
+/// A walk that is blocked ends as soon as that is known: of a segment that leaves the grid, whose end is
+/// outside, maybe before what blocks it. `kInOrder`: it ends no sooner than something is met.
+///
+/// Here and below, Field is a PlanesField, or derives from one and says by a voxel_word() and an
+/// interpolate_features() of its own how it stores them.
+template <bool kInOrder = false, class Field, class AddRun, class Visit>
+NIF_HOST_DEVICE void follow_segment(const Field& field, const Segment& segment, WalkResult& walk,
+                                    const AddRun& add_run, const Visit& visit) {
+  GridPassage passage;
+  if (!enter_grid(field, segment, walk, passage)) return;
+
+  // The t at which each axis crosses its next plane, of finest cells.
+  int32_t(&cell)[3] = passage.cell;
+  int32_t step[3], plane[3];
+  float next[3];
+  NIF_UNROLL
+  for (int a = 0; a < 3; ++a) {
+    step[a] = walk.direction[a] == 0 ? 0 : walk.direction[a] > 0 ? 1 : -1;
+    plane[a] = cell[a] + (step[a] > 0 ? 1 : 0);
+    next[a] = step[a] == 0 ? kNever : (static_cast<float>(plane[a]) - walk.origin[a]) * passage.inverse[a];
+  }
+
+  RunRecord runs;
+  uint32_t seen = !kInOrder ? passage.seen : passage.enters_grid ? uint32_t(kSeenOutside) : 0u;
+  float now = passage.enter;
+  for (bool ends = false; !ends;) {
+    const Piece piece = find_piece(field, cell);
+    visit(piece);
+
+    // Cross the nearest plane, until one is the piece's own; the lowest axis where several are equally near.
+    const float entered = now;
+    for (bool within = true; within;) {
+      int nearest = next[1] < next[0] ? 1 : 0;
+      float crossing = next[1] < next[0] ? next[1] : next[0];
+      if (next[2] < crossing) nearest = 2, crossing = next[2];
+      if (!(crossing < passage.leave)) {
+        ends = true;
+        break;
+      }
+      now = max_of(crossing, now);
+      NIF_UNROLL
+      for (int a = 0; a < 3; ++a) {
+        if (a != nearest) continue;
+        cell[a] += step[a];
+        within = cell[a] >= piece.low[a] && cell[a] < piece.low[a] + piece.size;
+        plane[a] += step[a];
+        next[a] = (static_cast<float>(plane[a]) - walk.origin[a]) * passage.inverse[a];
+      }
+    }
+    const float left = ends ? max_of(passage.leave, now) : now;
+
+    bool blocked = false;
+    const bool empty = word_kind(piece.word) == kEmptyVoxel;
+    if (empty) {
+      seen |= empty_side(piece.word);
+    } else {
+      const float size = static_cast<float>(piece.size);
+      float middle[3];
+      NIF_UNROLL
+      for (int a = 0; a < 3; ++a) middle[a] = static_cast<float>(piece.low[a]) + 0.5f * size;
+      const CellPassage passed =
+          pass_cell(piece.word, middle, size, walk.origin, walk.direction, entered, left);
+      blocked = passed.blocked;
+      seen |= passed.seen;
+      if (passed.open) runs.add(passed, piece.word, entered, left, passage, walk, add_run);
+    }
+    const bool within = blocked || seen == kSeenBoth;
+    if (kInOrder && ends && passage.leaves_grid) seen |= kSeenOutside;
+    if (within || seen == kSeenBoth) {
+      walk.verdict = Verdict::occluded;
+      walk.last_enter = (within ? entered : left) + 0.0f;
+      walk.last_leave = (within && empty ? entered : left) + 0.0f;
+      return;
+    }
+  }
+  end_walk(runs, seen, walk);
+}
+
+/// The same with all runs kept; those beyond run_count are left as they are.
+template <class Field, class Visit = NoVisit>
+NIF_HOST_DEVICE void walk_segment(const Field& field, const Segment& segment, Walk& walk,
+                                  const Visit& visit = Visit()) {
+  follow_segment(
+      field, segment, walk, [&](uint32_t i, const Run& run) { walk.runs[i] = run; }, visit);
+}
+
+}  // namespace nif::kernels
