@@ -1,5 +1,5 @@
-// What several encodings have in common, asked of a field of any encoding: a grid with planes, a BVH. Found
-// by its type, so that nobody has to know which encodings have one.
+// Finds a part that several encodings share, planes or triangles, in a field of any encoding. It goes by the
+// type, so callers need not know which encodings have the part.
 #pragma once
 
 #include <concepts>
@@ -9,7 +9,7 @@
 
 namespace nif::kernels {
 
-/// Within the field; null where it has none.
+/// A pointer into the field; null if it has no such part.
 template <class Field>
 constexpr const PlanesField* grid_of(const Field& field) {
   if constexpr (std::derived_from<Field, PlanesField>)
