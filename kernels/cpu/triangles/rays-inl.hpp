@@ -37,13 +37,13 @@ constexpr float kMaxSingleReach = 0x1p56f;
 
 /// What the tests read of one ray, in groups of four.
 struct ReadyRay {
-  float inverse[4];  ///< of the direction, by axis; the last is 0
-  float near[4];     ///< a plane p is entered at t = p inverse + near, and left at
-  float far[4];      ///< p inverse + far; the last are 0
-  float origin[4];   ///< the longest axis of the direction comes third, the others keep their cyclic order;
-                     ///< the last is the padding
-  float shear[4];    ///< slopes of the first two axes against the third; two factors of errors of sides
-  float limits[4];   ///< enter and leave, of boxes; bounds of the third coordinate that are surely within t's
+  float inverse[4];   ///< of the direction, by axis; the last is 0
+  float near[4];      ///< a plane p is entered at t = p inverse + near, and left at
+  float far[4];       ///< p inverse + far; the last are 0
+  float origin[4];    ///< the longest axis of the direction comes third, the others keep their cyclic order;
+                      ///< the last is the padding
+  float shear[4];     ///< slopes of the first two axes against the third; two factors of sides' error bounds
+  float limits[4];    ///< enter and leave, for boxes; third-coordinate bounds surely inside t's range
   uint32_t entry[4];  ///< by axis: where in a node the entry planes are; the last is 0
   uint32_t exit[4];   ///< those of the exit planes; the last is the axis of the direction's longest component
 };
