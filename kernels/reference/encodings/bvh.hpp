@@ -9,8 +9,8 @@
 
 namespace nif::kernels {
 
-/// For the box of a `bvh` object: the boxes of its root. The margin is how far stays_certain() lets a ray
-/// move.
+/// The box of a `bvh` object contains the boxes of its root, and the margin by which stays_certain() lets a
+/// ray move.
 inline constexpr float kBvhUnits = 64;
 inline constexpr double kBvhMargin = 0x1p-14;  ///< times the extent
 inline ObjectBox object_box(const TrianglesField& field) {

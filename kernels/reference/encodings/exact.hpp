@@ -30,7 +30,7 @@ inline constexpr float kPlanesFarthest = kBvhReach;
 /// A segment as the planes see it.
 struct SeenSegment {
   Segment segment;
-  float start;  ///< the original t at which the segment's own t is 0; start_of() it if moved
+  float start;  ///< the original t at which the segment's own t is 0: start_of() it if moved, else 0
 };
 
 /// A segment that starts far away is moved, as for boxes, if what planes prove about the moved one also holds
@@ -48,7 +48,7 @@ NIF_RARE_PART_OF_KERNEL SeenSegment seen_by_planes(const ExactField& field, cons
   return holds ? moved : SeenSegment{segment, 0};
 }
 
-/// Whether an answer proven by planes is certain, which it is if the triangles' answer would be.
+/// Whether an answer proven by planes is certain: exactly if that of the triangles is.
 inline bool certain_by_planes(const ExactField& field, const Segment& segment, const SeenSegment& seen) {
   return seen.start == 0 || certain_bvh(field.triangles, segment);
 }

@@ -7,7 +7,7 @@
 
 namespace nif::kernels {
 
-/// For a segment that the networks answered this way.
+/// The hit of a segment with this answer: a visible one has none.
 NIF_HOST_DEVICE inline Hit hit_on_box(const SphericalBounds& bounds, const Segment& segment, bool visible,
                                       bool certain) {
   if (visible) return no_hit(certain);
