@@ -19,8 +19,8 @@ constexpr uint64_t kStream = 0x7072696d617279;
 /// where surfaces meet.
 constexpr double kNotBehind = 0.99;
 
-/// Weight of depth in the loss; the normal has 1. By weight, for the same training: PSNR; share of camera rays
-/// for which only the field or only the mesh has a hit; mean error of depth and of normals:
+/// Weight of depth in the loss; the normal has 1. By weight, for the same training: PSNR; share of camera
+/// rays for which only the field or only the mesh has a hit; mean error of depth and of normals:
 ///     10: 27.6 dB, 0.086 %, 0.57 % of the diagonal, 4.3 degrees
 ///    100: 29.1 dB, 0.090 %, 0.34 %, 4.5 degrees
 ///   1000: 29.3 dB, 0.128 %, 0.21 %, 5.3 degrees
