@@ -1,4 +1,5 @@
-// Formats the source hash. Separate from the rest of a report, for programs that read metadata but do not bake.
+// Formats the source hash. Separate from the rest of a report, for programs that read metadata but do not
+// bake.
 #include <fmt/format.h>
 
 #include "bake/report.hpp"
