@@ -54,8 +54,8 @@ struct HeldOut {
   std::vector<uint32_t> excess;
 };
 
-/// How far outputs must move so that the share of rays with a mistake is at most `rate` in every set, with 99
-/// % confidence (Clopper and Pearson 1934). 0 if they need not move. nullopt if there are too few rays to
+/// How far outputs must move so that the share of rays with a mistake is at most `rate` in every set, with
+/// 99 % confidence (Clopper and Pearson 1934). 0 if they need not move. nullopt if there are too few rays to
 /// prove it for any move. Sorts `excess`, largest first. Ignores sets without rays.
 ///
 /// The counts come from the same rays by which the result is chosen. The confidence still holds: a smaller

@@ -34,8 +34,8 @@ void set_resolution(uint32_t resolution, GridShape& shape);
 bool has_scale(const GridShape& shape, double scale);
 
 /// Budget of an object's grid, including what is trained in it: half of what a BVH would take, except for
-/// very small objects, and at most the preset's budget times the square root of its millions of triangles, if
-/// more.
+/// very small objects, and at most the preset's budget. Beyond a million triangles, the preset's budget grows
+/// with the square root of their number.
 uint64_t budget_for(const GridShape& shape, uint64_t triangles);
 
 /// How much finer the grid of a large object is than the preset says, within its budget.
