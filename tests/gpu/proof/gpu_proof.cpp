@@ -273,7 +273,7 @@ class Proof {
       visit(outputs.normal, got.normal), visit(outputs.color, got.color);
       visit(outputs.u, got.u), visit(outputs.v, got.v);
       visit(outputs.instance, got.instance), visit(outputs.object, got.object);
-      visit(outputs.triangle, got.triangle);
+      visit(outputs.triangle, got.triangle), visit(outputs.user, got.user);
     };
     each([&](auto*& output, auto& host) { output = arrays.output(host, host.size()); });
     in_stream(seconds, [&] { return nifIntersect(scenes.of[2].get(), &query, &outputs); });
