@@ -381,8 +381,8 @@ class Scene : public Handle<NifScene, nifRetainScene, nifReleaseScene> {
     query_open(rays, answers, open);
     return count;
   }
-  /// For rays in device memory: puts the query into its stream, and returns at once. All arrays of `open`, and
-  /// its count, are in device memory too.
+  /// For rays in device memory: puts the query into its stream, and returns at once. All arrays of `open` and
+  /// its count are in device memory too.
   void query_open(const Rays& rays, const Answers& answers, const NifOpenRays& open) const {
     check(nifQueryOpen(pointer_, &rays.get(), &answers.get(rays.get().count), &open));
   }
