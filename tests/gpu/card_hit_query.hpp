@@ -1,4 +1,4 @@
-// nifIntersect about memory of an emulated card.
+// Calls nifIntersect in an emulated GPU's memory.
 #pragma once
 
 #include "tests/gpu/module_fixture.hpp"
@@ -25,7 +25,7 @@ class CardHitQuery {
     place(hits.user, 1);
   }
 
-  /// After the stream has passed it.
+  /// Call it after the stream has executed the query.
   FirstHits get() const {
     FirstHits found(query.count);
     const auto copy = [](auto& to, const auto* from) {

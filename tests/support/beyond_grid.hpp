@@ -1,6 +1,6 @@
-// Files with one fault that nothing but the reader's check of bricks can see: a surface voxel of a brick at
-// the grid's end stands beyond the grid. All counts agree, all checksums are right. A fast kernel that met
-// such a voxel would look for its corners behind the last brick.
+// Makes files with one fault that only the reader's check of bricks can find: a surface voxel of a brick at
+// the grid's end is outside the grid. All counts agree, all checksums are right. A fast kernel that met such
+// a voxel would read its corners after the last brick.
 #pragma once
 
 #include <optional>
@@ -17,7 +17,7 @@ struct BeyondGrid {
   const char* encoding;
   uint32_t occupancy;  ///< the section that has the bricks
   RandomAssetOptions one_object;
-  const char* sentence;  ///< why the file is refused, behind its name
+  const char* sentence;  ///< why the file is refused, after its name
 };
 inline const BeyondGrid kBeyondGrid[] = {
     {"segment",
@@ -39,8 +39,8 @@ inline format::ProofData& grid_of(format::Object& object) {
   return object.as<format::ProofData>();
 }
 
-/// Moves one surface voxel of a brick, the last that allows it, to a place beyond the grid. None where no
-/// brick has both; else the number of the mixed brick.
+/// Moves one surface voxel of a brick, the last possible, outside the grid. Returns the number of the mixed
+/// brick, or none if no brick allows it.
 inline std::optional<size_t> move_beyond(format::ProofData& grid) {
   const uint32_t across = format::bricks_for(grid.voxels[0]), down = format::bricks_for(grid.voxels[1]);
   for (size_t number = grid.brick_table.size(); number-- > 0;) {
