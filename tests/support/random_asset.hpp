@@ -40,8 +40,8 @@ struct RandomAssetOptions {
   uint32_t features = 0;   ///< of each corner; 0: any number
   uint32_t colors = 0;     ///< objects with colours of surface voxels, the first with a grid
   uint32_t sources = 0;    ///< objects with numbers of triangles in a source mesh, the first with a BVH
-  /// What a file has coded, bits of kCodedAll. Features and planes are less random then, else they would take no
-  /// less. Objects of an even number have all sides stated that are proven.
+  /// What a file has coded, bits of kCodedAll. Features and planes are less random then, else they would take
+  /// no less. Objects of an even number have all sides stated that are proven.
   uint32_t coded = 0;
   bool translations = false;  ///< instances are so far away that floats cannot hold their translations
   bool odd_corners = false;  ///< as no baker would: some at the surface have no features, some beside it have
