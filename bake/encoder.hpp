@@ -1,5 +1,5 @@
 // What makes the objects of one encoding: the interface between the driver (bake/bake.cpp), which knows no
-// encoding, and the folders of the encodings.
+// encoding, and bake/encodings.
 #pragma once
 
 #include <algorithm>

@@ -33,7 +33,7 @@ bool has_grids(std::string_view encoding);
 /// None of kAutomatic.
 std::optional<AnswerKind> kind_of(std::string_view encoding);
 
-/// With what each encoding has for itself, see its encoder.hpp.
+/// With what each encoding has for itself, see bake/encodings.
 struct BakeOptions : EncodingOptions {
   std::string encoding{kAutomatic};
   Preset preset = Preset::balanced;  ///< without meaning for `bvh`, which has no grid

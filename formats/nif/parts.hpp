@@ -1,5 +1,5 @@
-// The parts that objects in a .nif file have: this list, and what is built from it. docs/adding-a-part.md shows
-// how to add one.
+// The parts that objects in a .nif file have: this list, and what is built from it. docs/adding-a-part.md
+// shows how to add one.
 //
 // A structure of the list is in formats/nif/<part>/part.hpp and has
 // - kName: of the part, in texts;

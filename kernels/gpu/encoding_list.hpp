@@ -1,6 +1,6 @@
 // A list of encodings as a type, and the numbers that follow from each one's place in it.
 //
-// An encoding is a structure in its own folder with
+// An encoding is a structure in kernels/gpu/encodings with
 //   HostField, Field                 its field as the host has it, and in device memory
 //   kKinds                           how many kinds of its objects kernels tell apart: each has a bit in the
 //                                    sets of kinds that kernels are made for

@@ -1,5 +1,5 @@
-// The paper's fields, as files hold them: grids of latent vectors for each object, and pairs of networks, which
-// objects may share.
+// The paper's fields, as files hold them: grids of latent vectors for each object, and pairs of networks,
+// which objects may share.
 #pragma once
 
 #include <array>
