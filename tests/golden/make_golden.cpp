@@ -1,6 +1,8 @@
-// make_golden SEED NAME [BVHS [SPHERICALS [CODED [EXACTS [PROOFS [SOURCES [COLORS]]]]]]]: writes
+// make_golden SEED NAME [BVHS [SPHERICALS [CODED [EXACTS [PROOFS [SOURCES [COLORS
+// [TRANSLATIONS]]]]]]]]: writes
 // NAME.nif, with so many `bvh`, `spherical`, `exact` and `proof` objects after the others, coded what the
-// bits of CODED say (test::kCodedAll), so many of all with source triangles, and so many with colours; and
+// bits of CODED say (test::kCodedAll), so many of all with source triangles, and so many with colours;
+// TRANSLATIONS 1: instances are so far away that floats cannot hold where; and
 // NAME.answers and NAME.hits. For what the format newly holds only: files that are in this folder are never
 // made anew.
 //
@@ -17,6 +19,7 @@
 #include "formats/base/status.hpp"
 #include "formats/nif/file_memory.hpp"
 #include "formats/nif/writer.hpp"
+#include "kernels/reference/parts.hpp"
 #include "tests/golden/golden.hpp"
 #include "tests/support/query_object.hpp"
 
@@ -63,8 +66,23 @@ void make_odd(test::Random& random, kernels::Segment& ray) {
   }
 }
 
+/// Through a corner, which may be that of several triangles, as exactly as numbers with few digits allow.
+kernels::Segment corner_ray(test::Random& random, const kernels::TrianglesField& field) {
+  kernels::Segment ray{{}, {}, 0, std::numeric_limits<float>::infinity()};
+  const float* corner = field.vertices[random.below(field.vertex_count)];
+  for (size_t a = 0; a < 3; ++a) {
+    ray.direction[a] = static_cast<float>(random.between(-8, 8)) / 64;
+    ray.origin[a] = corner[a] - 4 * ray.direction[a];
+  }
+  return ray;
+}
+
 kernels::Segment hit_ray(test::Random& random, const format::ObjectView& object) {
   kernels::Segment ray = test::random_segment(random, object);
+  const kernels::AnyField field = format::field_of(object);
+  const kernels::TrianglesField* tree =
+      std::visit([](const auto& one) { return kernels::tree_of(one); }, field);
+  if (tree && random.below(3) == 0) ray = corner_ray(random, *tree);
   if (random.below(8) == 0) make_odd(random, ray);
   return ray;
 }
@@ -108,7 +126,7 @@ void write_hits(uint64_t seed, const std::string& name, std::span<const std::byt
 }
 
 void make(uint64_t seed, const std::string& name, uint32_t bvhs, uint32_t sphericals, uint32_t coded,
-          uint32_t exacts, uint32_t proofs, uint32_t sources, uint32_t colors) {
+          uint32_t exacts, uint32_t proofs, uint32_t sources, uint32_t colors, bool translations) {
   test::RandomAssetOptions options;
   options.objects = 1 + uint32_t(seed % 3);
   options.instances = 2 * uint32_t(seed % 3);
@@ -120,6 +138,7 @@ void make(uint64_t seed, const std::string& name, uint32_t bvhs, uint32_t spheri
   options.proofs = proofs;
   options.sources = sources;
   options.colors = colors;
+  options.translations = translations;
   format::Asset asset = test::random_asset(seed, options);
   if (options.instances == 0) asset.metadata.clear();
   const auto bytes = format::encode(asset);
@@ -146,11 +165,11 @@ void add_hits(uint64_t seed, const std::string& path) {
 
 int main(int argc, char** argv) {
   const bool hits = argc > 3 && argv[1] == std::string_view("--hits");
-  if (!hits && (argc < 3 || argc > 10)) {
-    std::fprintf(
-        stderr,
-        "usage: make_golden SEED NAME [BVHS [SPHERICALS [CODED [EXACTS [PROOFS [SOURCES [COLORS]]]]]]]\n"
-        "       make_golden --hits SEED FILE.nif...\n");
+  if (!hits && (argc < 3 || argc > 11)) {
+    std::fprintf(stderr,
+                 "usage: make_golden SEED NAME [BVHS [SPHERICALS [CODED [EXACTS [PROOFS [SOURCES [COLORS "
+                 "[TRANSLATIONS]]]]]]]]\n"
+                 "       make_golden --hits SEED FILE.nif...\n");
     return int(Status::usage);
   }
   try {
@@ -159,7 +178,7 @@ int main(int argc, char** argv) {
       for (int i = 3; i < argc; ++i) add_hits(std::strtoull(argv[2], nullptr, 10) + uint64_t(i), argv[i]);
     else
       make(std::strtoull(argv[1], nullptr, 10), argv[2], count(3), count(4), count(5), count(6), count(7),
-           count(8), count(9));
+           count(8), count(9), count(10) != 0);
   } catch (const Error& error) {
     std::fprintf(stderr, "%s\n", error.what());
     return int(error.status());
