@@ -1,10 +1,8 @@
-// make_golden SEED NAME [BVHS [SPHERICALS [CODED [EXACTS [PROOFS [SOURCES [COLORS
-// [TRANSLATIONS]]]]]]]]: writes
-// NAME.nif, with so many `bvh`, `spherical`, `exact` and `proof` objects after the others, coded what the
-// bits of CODED say (test::kCodedAll), so many of all with source triangles, and so many with colours;
-// TRANSLATIONS 1: instances are so far away that floats cannot hold where; and
-// NAME.answers and NAME.hits. For what the format newly holds only: files that are in this folder are never
-// made anew.
+// make_golden SEED NAME [BVHS [SPHERICALS [CODED [EXACTS [PROOFS [SOURCES [COLORS [TRANSLATIONS]]]]]]]]:
+// writes NAME.nif, with so many `bvh`, `spherical`, `exact` and `proof` objects after the others, coded what
+// the bits of CODED say (test::kCodedAll), so many of all with source triangles, so many with colours, and if
+// TRANSLATIONS is not 0 with instances where floats are too coarse; and NAME.answers and NAME.hits. For what
+// the format newly holds only: files that are in this folder are never made anew.
 //
 // make_golden --hits SEED FILE.nif...: writes the hits of assets that are there already.
 #include <algorithm>
