@@ -1,5 +1,5 @@
-// The driver of a bake. It knows objects, sizes, rays and limits, and of encodings what bake/encoder.hpp
-// says.
+// The driver of a bake. It handles objects, sizes, rays and limits; all it knows about encodings is
+// bake/encoder.hpp.
 #include "bake/bake.hpp"
 
 #include <fmt/format.h>
@@ -55,7 +55,7 @@ struct EncodersOf {
   }
 };
 
-/// Those that an object may take: one that is named, with what stands in for it, or all that "auto" may
+/// The encodings that an object may take: a named one and those that stand in for it, or all that "auto" may
 /// choose.
 Encoders encoders_for(const BakeOptions& options) {
   Encoders encoders = OfEncoders<EncodersOf>::make(options);
@@ -64,11 +64,11 @@ Encoders encoders_for(const BakeOptions& options) {
   return encoders;
 }
 
-/// An object on its way.
+/// An object in the making.
 struct Candidate {
   std::vector<bool> possible;              ///< [encoder]: whether the object can have the encoding
   std::vector<std::optional<Form>> forms;  ///< [encoder]: those that are laid out
-  size_t taken = 0;                        ///< index of its form, as far as it is known
+  size_t taken = 0;                        ///< index of its form, as far as it has been chosen
 
   Form& form() { return *forms[taken]; }
 };
@@ -126,7 +126,7 @@ class Driver {
     for (size_t i = 0; i < count; ++i) add_candidate(i);
   }
 
-  /// Which encodings the object can have.
+  /// Finds the encodings that the object can have.
   void add_candidate(size_t index) {
     const Prepared& prepared = prepared_.objects[index];
     describe(prepared, result_.objects[index]);
@@ -158,7 +158,7 @@ class Driver {
     if (counted) count_in(form->sections);
   }
 
-  // Objects are laid out at the same time.
+  // Synchronised, because objects are laid out in parallel.
   void count_in(const format::SectionBytes& sections) {
     const std::lock_guard lock(counting_);
     size_.add(sections);
@@ -168,7 +168,7 @@ class Driver {
     size_.remove(sections);
   }
 
-  /// lay_out(index) of each object, and progress, which is told by the calling thread alone.
+  /// Calls lay_out(index) for each object; only the calling thread reports progress.
   template <class LayOut>
   void lay_out_each(const LayOut& lay_out) {
     const std::thread::id caller = std::this_thread::get_id();
@@ -177,7 +177,7 @@ class Driver {
       if (callback_ && std::this_thread::get_id() == caller)
         callback_(
             {BakeProgress::Stage::preparing, result_.objects[i].name, done, candidates_.size(), 0, 0, 0});
-      // What it does in parallel itself waits for that alone, not for another object.
+      // Isolated, so that parallel work inside waits only for itself, not for another object.
       tbb::this_task_arena::isolate([&] { lay_out(i); });
       ++done;
     });
@@ -190,7 +190,7 @@ class Driver {
     });
   }
 
-  /// "auto": exact or not, by what was wished for (docs/model.md). Nothing is trained or timed for it.
+  /// "auto": chooses exact or not, by the user's options (docs/model.md). Trains and times nothing.
   void choose() {
     lay_out_each([&](size_t i) {
       if (options_.max_bytes || options_.max_error == 0.0) {
@@ -206,8 +206,7 @@ class Driver {
     if (options_.max_bytes) make_room(*options_.max_bytes);
   }
 
-  /// Where no wish decides: exact if there are few triangles, and if that takes no more memory than users of
-  /// Embree have to give.
+  /// If no option decides: exact if the object has few triangles and takes no more memory than Embree would.
   void choose_unbidden(size_t index) {
     ObjectReport& own = result_.objects[index];
     if (own.triangles >= kMostExactTriangles) {
@@ -227,8 +226,8 @@ class Driver {
                                other_word(), format_bytes(double(embree)));
   }
 
-  /// In all exact forms that take no more memory than `most`, coarser than their preset where needed, and
-  /// takes the smallest. Planes are for objects that are large enough for them.
+  /// Lays out all exact forms that take at most `most` memory, coarser than their preset if needed, and takes
+  /// the smallest. Planes are only for objects that are large enough for them.
   void lay_out_exact(size_t index, uint64_t most) {
     Candidate& candidate = candidates_[index];
     const bool is_small = result_.objects[index].triangles < kLeastForPlanes;
@@ -259,8 +258,8 @@ class Driver {
     lay_out(index, other_encoder(), 1);
   }
 
-  /// What is not exact in place of those objects that save most by it, until all of them take no more than
-  /// this, or none is left.
+  /// Replaces exact forms by others, for the objects that save most by it, until all objects together take at
+  /// most this much, or no exact form is left.
   void make_room(uint64_t most) {
     const size_t other = other_encoder();
     if (other == encoders_.size() || estimated_bytes() <= most) return;
@@ -294,7 +293,7 @@ class Driver {
 
   std::string_view other_word() const { return options_.open_rays ? "proof" : "learned"; }
 
-  /// The one that is not exact, of those that "auto" may choose; encoders_.size() where there is none.
+  /// The encoding that is not exact, among those that "auto" may choose; encoders_.size() if there is none.
   size_t other_encoder() const {
     return size_t(std::find_if(encoders_.begin(), encoders_.end(),
                                [](const auto& e) { return e->kind() != AnswerKind::exact; }) -
@@ -303,7 +302,7 @@ class Driver {
 
   bool has_exact(size_t index) const { return smallest_exact(candidates_[index]) < encoders_.size(); }
 
-  /// Of the exact forms that are laid out; encoders_.size() where none is.
+  /// Among the exact forms that are laid out; encoders_.size() if there are none.
   size_t smallest_exact(const Candidate& candidate) const {
     size_t smallest = encoders_.size();
     for (size_t e = 0; e < encoders_.size(); ++e)
@@ -314,14 +313,14 @@ class Driver {
     return smallest;
   }
 
-  /// Its form may be laid out later.
+  /// The form may be laid out later.
   void take(Candidate& candidate, size_t form) {
     if (candidate.forms[candidate.taken]) count_out(candidate.form().sections);
     candidate.taken = form;
     if (candidate.forms[form]) count_in(candidate.form().sections);
   }
 
-  /// What the file will take at most.
+  /// Maximum size of the file.
   uint64_t estimated_bytes() const { return size_.bytes() + reserve_; }
 
   void shrink_to(uint64_t most) {
@@ -351,7 +350,7 @@ class Driver {
                       encoders_[candidates_.front().taken]->smallest(), estimated_bytes(), most));
   }
 
-  /// Objects first .. first + count - 1: several only where they are trained together.
+  /// Objects first .. first + count - 1: more than one only if they are trained together.
   void bake_objects(size_t first, size_t count) {
     stop_if(cancel_);
     const bool trains = is_learned(first), proves = kind_of(first) == AnswerKind::open,
@@ -380,7 +379,7 @@ class Driver {
     });
   }
 
-  /// Of several exact forms that there is room for, the one of the least counted work.
+  /// Of the exact forms that fit, takes the one with the least counted work.
   void choose_exact(size_t index, const RaySource& source) {
     Candidate& candidate = candidates_[index];
     report(BakeProgress::Stage::choosing, index, 0.5);
@@ -421,7 +420,7 @@ class Driver {
 
   bool fits() const { return !options_.max_bytes || estimated_bytes() <= *options_.max_bytes; }
 
-  /// An exact form in place of a learned one, where the object can have one and there is room; false where
+  /// Takes an exact form instead of a learned one, if the object can have one and it fits; returns false if
   /// not.
   bool take_exact(size_t index, const RaySource& source, const std::string& why) {
     Candidate& candidate = candidates_[index];
@@ -448,7 +447,7 @@ class Driver {
       throw Error(Status::training_failed, failure);
   }
 
-  /// Shown as the training of the object at `index`. Returns why it failed.
+  /// Progress is shown as that of the object at `index`. Returns why training failed.
   std::string train(size_t index, const std::vector<Lesson>& lessons) {
     report(BakeProgress::Stage::training, index, 0.03);
     return encoders_[candidates_[index].taken]->train({lessons, prepared_.object_of,
@@ -459,8 +458,9 @@ class Driver {
                                                        cancel_, log_});
   }
 
-  /// Looks for the smallest form of a trained object whose error stays within options.max_error: trains and
-  /// measures it at other scales, kMostBakes in all. Without any, takes an exact form where there is one.
+  /// Finds the smallest form of a trained object whose error stays within options.max_error: trains and
+  /// measures it at other scales, kMostBakes in total. If none qualifies, takes an exact form if there is
+  /// one.
   void search(size_t index, const RaySource& source) {
     if (!is_learned(index)) return;
     constexpr int kMostBakes = 6;
@@ -468,7 +468,7 @@ class Driver {
     ObjectReport& own = result_.objects[index];
     Candidate& candidate = candidates_[index];
     const Encoder& encoder = *encoders_[candidate.taken];
-    double met = 0, missed = 0;  // scales: the smallest that will do, the largest that will not
+    double met = 0, missed = 0;  // scales: the smallest that meets it, the largest that does not
     std::optional<Form> best;
     ObjectReport best_report;
     for (int bakes = 1;; ++bakes) {
@@ -517,7 +517,7 @@ class Driver {
     count_in(candidate.form().sections);
   }
 
-  /// What is measured of the objects that can be wrong, together.
+  /// Accuracy of the objects that can be wrong, together.
   SetAccuracies learned_sets() const {
     SetAccuracies sets{};
     for (size_t i = 0; i < candidates_.size(); ++i)
@@ -534,7 +534,7 @@ class Driver {
                         });
   }
 
-  /// Of the form that was taken.
+  /// For the form that was taken.
   void find_hits(size_t index, const RaySource& source) {
     const SetHits hits =
         measure_hits(source, candidates_[index].form().field(), prepared_.objects[index].box.diagonal(),
@@ -546,7 +546,7 @@ class Driver {
     for (const RaySet set : kHitSets) hits_[size_t(set)] += hits[size_t(set)];
   }
 
-  /// What has been found goes to the report, and forms that are not taken go.
+  /// Reports the results, and frees the forms that are not taken.
   void finish(size_t index) {
     Candidate& candidate = candidates_[index];
     ObjectReport& own = result_.objects[index];

@@ -1,5 +1,5 @@
-// Says in text which bake a checkpoint belongs to: the program, the mesh and the options. A bake that is
-// resumed compares these texts. So any option that can change the bytes of an asset must be named here.
+// Describes in text which bake a checkpoint belongs to: the program, the mesh and the options. A resumed bake
+// compares these texts, so they must name every option that can change the bytes of an asset.
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
@@ -12,7 +12,7 @@
 namespace nif::bake {
 namespace {
 
-/// To be raised where what a trainer keeps changes.
+/// Increase this if what a trainer stores changes.
 constexpr uint32_t kCheckpointVersion = 1;
 
 template <class T>

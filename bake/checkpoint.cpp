@@ -1,5 +1,5 @@
-// The log that a bake keeps of its trainings, and its form in a file. A file is not trusted: its
-// checksum and the key of the bake must be right before any state in it is used.
+// The log that a bake keeps of its trainings, and its file format. A file is not trusted: its checksum and
+// the key of the bake must be right before any state in it is used.
 #include "bake/checkpoint.hpp"
 
 #include "formats/nif/crc32c.hpp"

@@ -1,8 +1,9 @@
-// How far the trainings of a bake are, as bytes, so that one that was killed goes on to the same asset.
+// Stores how far the trainings of a bake are, as bytes, so that a bake that was killed can resume and give
+// the same asset.
 //
-// A bake trains its objects one after the other, and that is what takes long. All else (planes, measuring,
-// choosing) is done again by a bake that is resumed: it asks for each training what is kept of it, in the
-// same order as before. To keep a state changes nothing in it, so bytes do not depend on when that happens.
+// A bake trains its objects one after the other, and that takes most of the time. A resumed bake repeats
+// everything else (planes, measuring, choosing): for each training, in the same order as before, it asks for
+// what was stored. Storing a state does not change it, so the asset does not depend on when that happens.
 #pragma once
 
 #include <array>
@@ -27,8 +28,8 @@ namespace nif::bake {
 
 struct BakeOptions;
 
-/// Values one after the other, as they lie in memory: a state is read by the same program on a machine of the
-/// same kind.
+/// Writes values one after the other, as in memory: the same program reads a state on the same kind of
+/// machine.
 class StateWriter {
  public:
   template <class T>
@@ -36,7 +37,7 @@ class StateWriter {
     static_assert(std::is_trivially_copyable_v<T> && !std::is_pointer_v<T>);
     append(&value, sizeof(T));
   }
-  /// How many there are, and all of them.
+  /// Writes their count, then all of them.
   template <class Values>
   void put_all(const Values& values) {
     put(uint64_t{values.size()});
@@ -51,8 +52,8 @@ class StateWriter {
   std::vector<std::byte> bytes_;
 };
 
-/// Reads what a StateWriter has written. Throws Error(checkpoint_refused) where that is something else. Who
-/// reads asks by require() for whatever memory and loops depend on: a checksum is no proof of who wrote it.
+/// Reads what a StateWriter has written. Throws Error(checkpoint_refused) if the bytes are something else.
+/// Callers check by require() whatever memory and loops depend on: a checksum does not prove who wrote it.
 class StateReader {
  public:
   explicit StateReader(std::span<const std::byte> bytes) : bytes_(bytes) {}
@@ -68,7 +69,7 @@ class StateReader {
     get(value);
     return value;
   }
-  /// As many as there are.
+  /// As many as were written.
   template <class Values>
   void get_all(Values& values) {
     const auto count = get<uint64_t>();
@@ -83,11 +84,11 @@ class StateReader {
     if (!values.empty()) take(values.data(), values.size() * sizeof(values[0]));
   }
   void end() const { require(bytes_.empty()); }
-  /// That what was read can be.
+  /// Checks that what was read is possible.
   static void require(bool holds) {
     if (!holds) refuse();
   }
-  /// As many numbers as `values` has, none of them beyond +-limit.
+  /// As many numbers as `values` has, none beyond +-limit.
   template <class Numbers>
   void get_within(Numbers& values, float limit) {
     get_same(values);
@@ -109,61 +110,61 @@ class StateReader {
   std::span<const std::byte> bytes_;
 };
 
-/// One training: its result, or the state from which it goes on.
+/// One training: its result, or the state from which it resumes.
 struct KeptTraining {
-  std::string object;  ///< what is trained, to be sure of it
+  std::string object;  ///< what is trained, as a check
   bool finished = false;
   std::vector<std::byte> state;
 };
 
-/// What is kept of a bake's trainings, in their order. Not thread-safe: for the thread that bakes.
+/// The stored trainings of a bake, in order. Not thread-safe: for the baking thread.
 class TrainingLog {
  public:
   using Save = std::function<void(std::span<const KeptTraining>)>;
 
-  /// Keeps nothing.
+  /// Stores nothing.
   TrainingLog() = default;
-  /// `earlier`: what a bake that did not end has kept. `save` is told all that is kept, not before so many
-  /// seconds after the start or the last time; what it throws ends the bake.
+  /// `earlier`: what an unfinished bake has stored. `save` receives everything that is stored, at the
+  /// earliest this many seconds after the start or the previous call; what it throws ends the bake.
   TrainingLog(std::vector<KeptTraining> earlier, double seconds, Save save);
 
-  /// The next training begins. Returns what is kept of it from before, if anything is; valid until the log's
-  /// next call. Throws Error(checkpoint_refused) where that is of another object.
+  /// Starts the next training. Returns what was stored of it before, if anything; valid until the log's next
+  /// call. Throws Error(checkpoint_refused) if that is of another object.
   const KeptTraining* begin(const std::string& object);
-  /// Is it time to keep the state of the training that has begun?
+  /// Is it time to store the state of the current training?
   bool due() const { return save_ && Clock::now() >= next_; }
   void keep(StateWriter&& state);
-  /// The training that has begun has ended so.
+  /// Ends the current training with this result.
   void finish(StateWriter&& result);
-  /// The same where begin() returned its result.
+  /// The same if begin() returned its result.
   void finish_as_before() { ++ended_; }
 
  private:
   using Clock = std::chrono::steady_clock;
 
   std::vector<KeptTraining> kept_;
-  std::string object_;  ///< of the training that has begun
+  std::string object_;  ///< of the current training
   size_t ended_ = 0;    ///< trainings
   Clock::duration pause_{};
   Clock::time_point next_;
   Save save_;
 };
 
-/// What the bytes of a bake depend on, as texts to be compared.
+/// Everything that the bytes of a bake depend on, as texts to compare.
 struct BakeKey {
   std::string program, mesh, options;
   bool operator==(const BakeKey&) const = default;
 };
-/// `inputs`: what the caller knows besides, for example of the scene that given rays are drawn in.
+/// `inputs`: what else the caller depends on, for example the scene in which given rays are drawn.
 BakeKey key_of(const mesh::Scene& scene, const BakeOptions& options, std::string_view inputs);
 
 /// A checkpoint as a file: with checksum, key and trainings.
 std::vector<std::byte> encode_checkpoint(const BakeKey& key, std::span<const KeptTraining> trainings);
 
-/// What they begin with.
+/// Its first bytes.
 inline constexpr std::array<char, 8> kCheckpointMagic{'N', 'I', 'F', 'B', 'A', 'K', 'E', '\n'};
-/// Throws Error(checkpoint_refused) with the rest of a sentence ("is damaged") where the bytes are none, are
-/// damaged, or have another key. Safe on any bytes.
+/// Throws Error(checkpoint_refused) with the rest of a sentence ("is damaged") if the bytes are not a
+/// checkpoint, are damaged, or have another key. Safe on any bytes.
 std::vector<KeptTraining> decode_checkpoint(std::span<const std::byte> file, const BakeKey& key);
 
 }  // namespace nif::bake

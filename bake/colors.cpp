@@ -1,5 +1,5 @@
-// Clips each triangle to the voxel, cuts the rest into a fan, and looks colours up there, in linear
-// light. They are stored in 16 bits as square roots, so that dark colours keep more steps.
+// Computes voxel colours. Clips each triangle to the voxel, cuts the rest into a fan, and looks up colours
+// there, in linear light. They are stored in 16 bits as square roots, so that dark colours keep more steps.
 #include "bake/colors.hpp"
 
 #include <tbb/parallel_for.h>
@@ -19,7 +19,7 @@ namespace {
 
 using Weights = std::array<double, 3>;  ///< of a triangle's corners
 
-/// A texel's place along an axis.
+/// A texel's index along an axis.
 uint32_t wrapped(int64_t at, uint32_t size, mesh::Wrap wrap) {
   const auto n = int64_t{size};
   switch (wrap) {
@@ -42,7 +42,7 @@ Double3 look_up(const mesh::Texture& texture, const std::array<mesh::Wrap, 2>& w
     for (size_t i = 0; i < values.size(); ++i) values[i] = mesh::linear_of(double(i) / 255);
     return values;
   }();
-  // Coordinates of a file may be anything; beyond this there is nothing left of a texel's place.
+  // A file may have any coordinates; beyond this, no precision is left for a texel's position.
   constexpr double kFarthest = 1e6;
   if (!(std::abs(u) <= kFarthest) || !(std::abs(v) <= kFarthest)) u = v = 0;
   const double x = u * texture.width - 0.5, y = v * texture.height - 0.5;
@@ -132,8 +132,8 @@ struct Sum {
   }
 };
 
-/// Adds the colour of a corner fan's triangle. One with a texture is looked at in the middle of each of the
-/// four that halving its sides makes; else its colour changes evenly, and its middle has the mean.
+/// Adds the colour of a triangle of a fan. With a texture it is sampled at the centre of each of four
+/// triangles, made by halving the sides; otherwise the colour is linear, and the centre has the mean.
 void add_part(const Look& look, uint32_t triangle, const Places& places, const Double3& a, const Double3& b,
               const Double3& c, bool textured, Sum& sum) {
   const double area = length(cross(b - a, c - a)) / 2;
@@ -198,7 +198,7 @@ format::Colors mean_colors(const mesh::Scene& scene, const Prepared& prepared,
     uint32_t index = 0;
     if (!kernels::surface_voxel(field, voxel, index)) return;
     const Double3 centre{voxel[0] + 0.5, voxel[1] + 0.5, voxel[2] + 0.5};
-    Sum sum, touching;  // the latter of whole triangles, where none has an area within the voxel
+    Sum sum, touching;  // the latter of whole triangles, if none has an area within the voxel
     for (const uint32_t t : voxels.touching_voxel(i)) {
       if (t >= surface.triangles.size()) break;  // slivers
       Double3 corners[3];

@@ -1,4 +1,5 @@
-// Writes what all objects have, then asks each part for the rest. So an encoding says what its parts say.
+// Describes objects: what all have in common here, and the rest by their parts. So an encoding is described
+// by its parts.
 #include "bake/describe.hpp"
 
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-// What `nif info` says of an asset's objects, by the encoding of each (bake/encodings.hpp).
+// What `nif info` prints about an asset's objects, by encoding (bake/encodings.hpp).
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -15,7 +15,7 @@ nlohmann::ordered_json describe(const format::ObjectView& object);
 /// "bvh, 1200 nodes"
 std::string summary(const format::ObjectView& object);
 
-/// More lines for people, of the first object of each encoding that has such.
+/// More lines for people, about the first object of each encoding that has any.
 std::vector<std::string> details(const format::AssetView& asset);
 
 }  // namespace nif::bake

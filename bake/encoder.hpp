@@ -17,7 +17,7 @@
 
 namespace nif::bake {
 
-/// What of an object's sections holds the payloads of a part: all but the records.
+/// Bytes of an object's sections with the payloads of a part: all but the records.
 template <class Part>
 uint64_t payload_bytes(const format::SectionBytes& sections) {
   uint64_t sum = 0;
@@ -26,21 +26,21 @@ uint64_t payload_bytes(const format::SectionBytes& sections) {
   return sum;
 }
 
-/// An object in one encoding, as far as it is made.
+/// An object in one encoding, as far as it has been made.
 struct Form {
   format::Asset alone;            ///< the object, with its networks, alone in an asset
   format::SectionBytes sections;  ///< what it adds to a file
   EncodingCost cost;
-  double scale = 1;  ///< of its grids, as it was laid out
+  double scale = 1;  ///< of its grids, as laid out
   AnyReport report;
 
   format::Object& object() { return alone.objects.front(); }
   const format::Object& object() const { return alone.objects.front(); }
-  /// The kernels' view of it; valid while the form is not changed.
+  /// The kernels' view of it; valid while the form does not change.
   kernels::AnyField field() const { return format::field_of(alone, object()); }
 };
 
-/// An object that is to be trained.
+/// An object to train.
 struct Lesson {
   size_t object;  ///< its index
   const RaySource& source;
@@ -51,47 +51,47 @@ struct Lesson {
 struct TrainingTask {
   std::span<const Lesson> lessons;
   std::span<const uint32_t> object_of;  ///< as PreparedScene::object_of
-  /// Is told how much of the task is done, and the loss and the error of recent rays.
+  /// Receives the fraction of the task that is done, and the loss and error of recent rays.
   std::function<void(double share, double loss, double error)> progress;
   const std::atomic<bool>& cancel;
-  TrainingLog& log;  ///< each training begins and ends there, and keeps its state now and then
+  TrainingLog& log;  ///< each training starts and ends there, and stores its state from time to time
 };
 
 class Encoder {
  public:
   virtual ~Encoder() = default;
 
-  /// As in the format.
+  /// The name in the format.
   virtual std::string_view name() const = 0;
   /// "a BVH"
   virtual std::string_view noun() const = 0;
   /// What it does at its smallest, for the sentence "with ... the asset takes too many bytes".
   virtual std::string_view smallest() const = 0;
   virtual AnswerKind kind() const { return AnswerKind::learned; }
-  /// True where all objects are trained at once, because they share a network.
+  /// True if all objects are trained at once, because they share a network.
   virtual bool trains_together() const { return false; }
 
-  /// Why an object with these positions cannot have the encoding; empty where it can.
+  /// Why an object with these positions cannot have the encoding; empty if it can.
   virtual std::string obstacle(std::span<const mesh::Float3>) const { return {}; }
-  /// True where objects can be laid out at this scale, which is not 1: smaller ones at a lower one.
+  /// True if objects can be laid out at this scale, which is not 1; a lower scale makes smaller ones.
   virtual bool has_scale(double) const { return false; }
-  /// Makes the content of form.object(), of which the driver has set all else, at a scale of its grids; where
-  /// something is trained, blank and of its final size. Sets the form's sections, its cost in bytes, its
-  /// scale and its report. `bounded`: at a lower scale where it would take more bytes than the encoding has
-  /// for such an object. `first`: the first object of the asset, which brings along what all of them share.
+  /// Makes the content of form.object(), of which the driver has set everything else, at a scale of its
+  /// grids; trained parts stay blank but have their final size. Sets the form's sections, its cost in bytes,
+  /// its scale and its report. `bounded`: uses a lower scale if it would exceed the encoding's budget for
+  /// such an object. `first`: the first object of the asset, which includes what all of them share.
   virtual void lay_out(const Prepared& prepared, double scale, bool bounded, bool first,
                        Form& form) const = 0;
-  /// Counted work of a ray. Only asked where the encoding may be chosen automatically.
+  /// Counted work per ray. Only called if the encoding may be chosen automatically.
   virtual double work(const Form&, const RaySource&, uint64_t) const { return 0; }
-  /// Takes out of a form what saves no work, and says so; empty where all of it does. Only asked of forms
-  /// that leave rays open.
+  /// Removes from a form what saves no work, and says so; empty if everything saves work. Only called for
+  /// forms that leave rays open.
   virtual std::string leave_out(const Prepared&, const RaySource&, uint64_t, Form&) const { return {}; }
   /// Trains the forms of the lessons together. Returns why that failed, as a sentence that names the object;
-  /// empty where it did not. Throws Error(interrupted) once `cancel` is set.
+  /// empty on success. Throws Error(interrupted) once `cancel` is set.
   virtual std::string train(const TrainingTask&) { return {}; }
   /// Adds a finished form to the asset.
   virtual void add(Form&& form, format::Asset& asset) const = 0;
-  /// Adds to what the metadata says of the bake's options.
+  /// Adds its options to those in the metadata.
   virtual void add_options(nlohmann::ordered_json&) const {}
 };
 

@@ -1,16 +1,16 @@
-// The encodings that the baker makes: this list, and what is built from it. A new encoding adds a file to
+// The list of encodings that the baker makes, and what is built from it. To add one, add a file to
 // bake/encodings, and its name to the list (docs/adding-a-part.md).
 //
 // That file has a structure for the list, with
-// - Field: the kernels';
-// - Options: the members that BakeOptions has for it alone;
-// - Report: what ObjectReport says of its objects alone;
+// - Field: that of the kernels;
+// - Options: the members that BakeOptions has for this encoding alone;
+// - Report: what ObjectReport says about its objects alone;
 // - kAutomatic: whether "auto" may choose it;
-// - kStandsInFor: the encoding in whose place an object gets this one where it counts less work, unless a
-//   resolution is asked for; or none;
-// - kGrids: whether it has grids, so that presets mean something to it;
-// - kKind: what its answers are (bake/choice.hpp);
-// - kHelp: what it is, for `nif bake --help`;
+// - kStandsInFor: the encoding that this one replaces for an object if it counts less work, unless a
+//   resolution is given; or none;
+// - kGrids: whether it has grids, so that presets apply to it;
+// - kKind: what kind of answers it gives (bake/choice.hpp);
+// - kHelp: its description in `nif bake --help`;
 // - make(const BakeOptions&): its Encoder (bake/encoder.hpp);
 // and overloads of these functions, by its report:
 // - add_report(report, json): for `nif bake --json`;
@@ -28,7 +28,7 @@
 
 namespace nif::bake {
 
-/// T<...> of all encodings, in the order in which they are named to people.
+/// T<...> of all encodings, in the order in which people see them.
 template <template <class...> class T>
 using OfEncoders = T<SegmentBaking, ExactBaking, BvhBaking, ProofBaking, SphericalBaking>;
 

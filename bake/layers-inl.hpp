@@ -1,5 +1,5 @@
-// Layers of a network in training, forwards and backwards, for kTrainLanes rays at a time: what the trainers
-// of all encodings share.
+// Layers of a network in training, forward and backward, for kTrainLanes rays at a time. The trainers of all
+// encodings share them.
 //
 // Compiled once for each target.
 #if defined(NIF_LAYERS_INL) == defined(HWY_TARGET_TOGGLE)
@@ -62,8 +62,8 @@ HWY_INLINE void multiply(const float* weights, uint32_t row, uint32_t column, ui
   }
 }
 
-/// weights[o][i][lane] += sum over rays of dz[o][ray] x[i][ray], ray % kVirtualLanes == lane; biases
-/// likewise, where they are not null.
+/// weights[o][i][lane] += sum over rays of dz[o][ray] x[i][ray], ray % kVirtualLanes == lane; the same for
+/// biases, if not null.
 HWY_INLINE void accumulate(const float* HWY_RESTRICT dz, const float* HWY_RESTRICT x, uint32_t inputs,
                            uint32_t outputs, float* HWY_RESTRICT weights, float* HWY_RESTRICT biases) {
   const Wide d;

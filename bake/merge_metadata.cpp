@@ -1,5 +1,5 @@
-// Writes the "merge" entry of the metadata, and reads it back when a program has to merge the same mesh
-// file in the same way again. What is read may hold anything, so every entry is checked.
+// Writes the "merge" entry of the metadata, and reads it back when a program must merge the same mesh file in
+// the same way again. The text may contain anything, so every entry is checked.
 #include "bake/merge_metadata.hpp"
 
 #include <fmt/format.h>
@@ -74,7 +74,7 @@ ordered_json to_json(const mesh::MergeOptions& options) {
 ordered_json merge_metadata(const mesh::Scene& scene, std::span<const uint32_t> placed, bool triangles) {
   if (!scene.merging || scene.merging->merged.empty()) return nullptr;
   ordered_json described = to_json(scene.merging->options), objects = ordered_json::array();
-  // Merged instances come last in the scene, and what is placed keeps its order.
+  // Merged instances come last in the scene, and placed instances keep their order.
   auto merged = scene.merging->merged.begin();
   for (size_t i = 0; i < placed.size(); ++i) {
     while (merged != scene.merging->merged.end() && merged->instance < placed[i]) ++merged;  // left out

@@ -1,5 +1,5 @@
-// Takes weights off one random number until it is used up. If rounding leaves a bit over, the last set
-// with a weight is taken, so a set of weight 0 is never drawn.
+// Draws ray sets by weight: subtracts weights from one random number until it is used up. If rounding leaves
+// a remainder, takes the last set with a weight, so that a set of weight 0 is never drawn.
 #include "bake/mix.hpp"
 
 #include <numeric>

@@ -10,7 +10,7 @@ namespace nif::bake {
 /// The weight of each ray set among the training rays; weights need not sum to 1.
 using Mix = std::array<double, kRaySets.size()>;
 
-/// A set by its weight; some weight must be above 0.
+/// Draws a set by weight; at least one weight must be above 0.
 RaySet draw_set(const Mix& mix, Random& random);
 
 inline constexpr size_t kTrainingChunk = 1024;  ///< rays that share a random stream

@@ -1,4 +1,4 @@
-// What a bake is asked for.
+// The options of a bake.
 #pragma once
 
 #include <cstdint>
@@ -17,41 +17,42 @@ enum class Preset {
   fast,
   balanced,
   high,
-  paper,  ///< of `spherical`, the only one: the others are for `segment` fields
+  paper,  ///< only for `spherical`, which has no other; the others are for `segment` fields
 };
 std::string_view name_of(Preset preset);
 std::optional<Preset> preset_named(std::string_view name);
 
-/// In place of an encoding's name: whichever suits each object, see bake/choice.hpp.
+/// Takes the place of an encoding's name: whichever suits each object, see bake/choice.hpp.
 inline constexpr std::string_view kAutomatic = "auto";
 /// What BakeOptions::encoding may be: kAutomatic, and the name of each encoding.
 std::vector<std::string_view> encoding_choices();
 /// One sentence for each of them.
 std::string encoding_help();
-/// False for an encoding without grids, to which presets mean nothing.
+/// False for an encoding without grids, for which presets mean nothing.
 bool has_grids(std::string_view encoding);
-/// None of kAutomatic.
+/// None for kAutomatic.
 std::optional<AnswerKind> kind_of(std::string_view encoding);
 
 /// With what each encoding has for itself, see bake/encodings.
 struct BakeOptions : EncodingOptions {
   std::string encoding{kAutomatic};
-  Preset preset = Preset::balanced;  ///< without meaning for `bvh`, which has no grid
+  Preset preset = Preset::balanced;  ///< no effect on `bvh`, which has no grid
   uint64_t seed = 1;
-  bool strict = false;  ///< refuse what preparation would change, and what was not read whole
-  /// Everything in the file as it is used in memory, for files that are mapped; else coded, which is smaller.
+  bool strict = false;  ///< refuse meshes that preparation would change, or that were not read completely
+  /// Stores everything in the file as in memory, for mapped files; otherwise coded, which is smaller.
   bool uncoded = false;
-  /// Objects with triangles keep which ones of the source mesh they are.
+  /// Objects with triangles store the numbers of these in the source mesh.
   bool source_triangles = false;
-  /// Objects with a grid keep the colours of their surface. Of a scene without any it means nothing.
+  /// Objects with a grid store the colours of their surface. No effect if the scene has none.
   bool colors = false;
-  /// Of the whole file: the finest grids up to the preset's that fit, and exact objects where there is room.
+  /// For the whole file: takes the finest grids that fit, up to the preset's, and exact objects if there is
+  /// room.
   std::optional<uint64_t> max_bytes;
-  std::optional<double> max_error;  ///< of every stated ray set; 0: exact objects alone
-  bool open_rays = false;  ///< who asks has a BVH for what is left open: "auto" proves in place of learning
-  std::optional<Mix> mix;  ///< in place of the encoding's
-  std::optional<double> effort;          ///< factor on the training rays, > 0
-  uint64_t evaluation_rays = 1'000'000;  ///< of each set, spread over the objects
+  std::optional<double> max_error;  ///< for every stated ray set; 0: only exact objects
+  bool open_rays = false;           ///< the caller has a BVH for open rays: "auto" proves instead of learning
+  std::optional<Mix> mix;           ///< instead of the encoding's
+  std::optional<double> effort;     ///< factor on the number of training rays, > 0
+  uint64_t evaluation_rays = 1'000'000;  ///< per set, divided among the objects
 };
 
 }  // namespace nif::bake

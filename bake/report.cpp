@@ -1,5 +1,5 @@
-// Turns the figures of a bake into JSON. Metadata is kept short, because files are small: it has few
-// digits, and only some of what is known of hits. scene_bytes() shares its code, so the two agree.
+// Turns the figures of a bake into JSON. Metadata is kept short, because files are small: it has few digits,
+// and only some of the figures about hits. scene_bytes() shares its code, so the two agree.
 #include "bake/report.hpp"
 
 #include <fmt/format.h>
@@ -55,14 +55,14 @@ nlohmann::ordered_json hits_json(const HitFigures& hits) {
   return json;
 }
 
-/// As short as it can be said with four digits.
+/// Shortens numbers to four digits.
 void shorten(nlohmann::ordered_json& json) {
   if (json.is_number_float()) json = std::stod(fmt::format("{:.4g}", json.get<double>()));
   if (json.is_object())
     for (auto& [name, value] : json.items()) shorten(value);
 }
 
-/// What does not say how far off hits are goes: files are small.
+/// Removes everything but how far off hits are: files are small.
 void shorten_hits(nlohmann::ordered_json& hits) {
   for (const char* name : {"certain", "bounds_wrong", "compared", "triangles", "source_triangles"})
     hits.erase(name);
@@ -87,7 +87,7 @@ nlohmann::ordered_json to_json(const Mix& mix) {
 
 namespace {
 
-/// Numbers are the file's own. Nodes stand after those above them.
+/// Numbers are those of the file. Each node comes after those above it.
 nlohmann::ordered_json hierarchy(const mesh::Scene& scene, const BakeResult& result) {
   nlohmann::ordered_json nodes = nlohmann::ordered_json::array(), instances = nodes;
   for (const mesh::Node& node : scene.nodes) {
@@ -103,7 +103,7 @@ nlohmann::ordered_json hierarchy(const mesh::Scene& scene, const BakeResult& res
   return {{"nodes", std::move(nodes)}, {"instances", std::move(instances)}};
 }
 
-/// What the scene is known for, but for its meshes.
+/// Everything about the scene except its meshes.
 void add_scene(const mesh::Scene& scene, const BakeOptions& options, const BakeResult& result,
                nlohmann::ordered_json& json) {
   if (!scene.choice.empty()) {

@@ -1,4 +1,4 @@
-// Figures of a bake or an evaluation as JSON: the forms that `--json` and the asset's metadata share.
+// Turns figures of a bake or an evaluation into JSON, for both `--json` and the asset's metadata.
 #pragma once
 
 #include <memory>
@@ -15,8 +15,8 @@ class Encoder;
 /// are fractions of the set's rays, certain_wrong is a count. Sets without rays are left out.
 nlohmann::ordered_json to_json(const SetAccuracies& sets);
 
-/// Adds "hits" to each of such sets whose first hits were measured (docs/ray-sets.md): rates are fractions of
-/// the rays that were asked, percentiles have names.
+/// Adds "hits" to each of these sets whose first hits were measured (docs/ray-sets.md): rates are fractions
+/// of the measured rays; percentiles have names.
 void add_hits(const SetHitFigures& hits, nlohmann::ordered_json& sets);
 
 /// {"outer-lines": 0.3, ...}: the sets that have a weight.
@@ -25,16 +25,16 @@ nlohmann::ordered_json to_json(const Mix& mix);
 /// An object as `nif bake --json` reports it.
 nlohmann::ordered_json to_json(const ObjectReport& object);
 
-/// The asset's metadata: tool version, seed, resolved options, source hash, for each object what was
-/// measured, of a glTF the nodes that its instances stand for, and what was merged. No path, thread count or
-/// time, so that it depends on nothing but the input and the options.
+/// The asset's metadata: tool version, seed, resolved options, source hash, the measured figures of each
+/// object, the nodes that the instances of a glTF stand for, and what was merged. It contains no path, thread
+/// count or time, so that it depends only on the input and the options.
 std::string make_metadata(const mesh::Scene& scene, const BakeOptions& options,
                           std::span<const std::unique_ptr<Encoder>> encoders, const BakeResult& result);
 
-/// How the metadata states mesh::Scene::source_hash.
+/// The form of mesh::Scene::source_hash in the metadata.
 std::string source_hash_text(uint64_t hash);
 
-/// What nodes and merged instances take of it. Of the result only what is placed is asked.
+/// Bytes of nodes and merged instances in it. Reads only what is placed from the result.
 uint64_t scene_bytes(const mesh::Scene& scene, const BakeOptions& options, const BakeResult& result);
 
 }  // namespace nif::bake

@@ -1,4 +1,4 @@
-// Apart from the rest of a report, for programs that know metadata and bake nothing.
+// Separate from the rest of a report, for programs that read metadata but do not bake.
 #include <fmt/format.h>
 
 #include "bake/report.hpp"

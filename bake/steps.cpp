@@ -1,5 +1,5 @@
-// Describes objects, measures them, and checks the error that was asked for. Objects share the rays of
-// an evaluation, but each gets enough to say something. BakeClock makes one progress figure of them all.
+// Describes objects, measures them, and checks the requested error. Objects share the rays of an evaluation,
+// but each gets enough for useful figures. BakeClock combines all progress into one number.
 #include "bake/steps.hpp"
 
 #include <fmt/format.h>
@@ -55,7 +55,7 @@ SetHits measure_hits(const RaySource& source, const kernels::AnyField& field, do
                      const BakeOptions& options, size_t objects, const std::function<void(RaySet)>& begin) {
   SetHits sets;
   if (options.evaluation_rays == 0) return sets;
-  constexpr uint64_t kLeast = 1000;  // of an object of many
+  constexpr uint64_t kLeast = 1000;  // for one object of many
   const uint64_t all = std::max<uint64_t>(1, options.evaluation_rays / 10);
   const size_t count = size_t(std::min(std::max(kLeast, all / objects), all));
   const auto* proof = std::get_if<kernels::PlanesField>(&field);

@@ -1,4 +1,4 @@
-// Steps of a bake that are the same whatever its objects become.
+// Steps of a bake that do not depend on encodings.
 #pragma once
 
 #include "bake/bake.hpp"
@@ -6,31 +6,31 @@
 
 namespace nif::bake {
 
-/// Seeds apart from the one that `nif eval` uses by default, from training's streams and from each other's.
+/// Seeds that differ from the default of `nif eval`, from training's streams and from each other.
 inline constexpr uint64_t kMeasuringSeed = 0x6d65617375726564, kChoosingSeed = 0x63686f6f73696e67,
                           kLeaningSeed = 0x6c65616e696e67;
 
-/// Reserve for what the metadata will say once accuracy has been measured.
+/// Bytes reserved for the metadata's figures, which exist only once accuracy has been measured.
 inline constexpr uint64_t kMetadataBytes = 1024, kMetadataBytesPerObject = 2368;
-/// And what it says of an object that leans.
+/// And for the figures of an object with a decision threshold.
 inline constexpr uint64_t kMetadataBytesOfLean = 768;
 
-/// Objects with at least so many triangles get the preset's resolution and rays.
+/// Objects with at least this many triangles get the preset's resolution and rays.
 inline constexpr double kFullTriangles = 150'000;
 
-/// What is the same of an object in any encoding; the report gets what is known by then.
+/// Everything that is the same for an object in any encoding; the report gets what is known so far.
 format::Object describe(const Prepared& prepared, ObjectReport& report);
 
 /// The instances of what was prepared, named and placed as in the scene.
 std::vector<format::Instance> instances_of(const mesh::Scene& scene, const PreparedScene& prepared);
 
-/// The accuracy of one of so many objects on each ray set, with its share of options.evaluation_rays. `begin`
-/// is called before each set.
+/// The accuracy of one of several objects on each ray set, with its share of options.evaluation_rays. Calls
+/// `begin` before each set.
 SetAccuracies measure_sets(const RaySource& source, const Answerer& answer, const BakeOptions& options,
                            size_t objects, const std::function<void(RaySet)>& begin);
 
-/// The same of first hits, on kHitSets, with a tenth of these rays: asking where takes longer than asking
-/// whether. An object without planes is not measured in voxels.
+/// The same for first hits, on kHitSets, with a tenth of these rays: finding a hit takes longer than finding
+/// out whether there is one. An object without planes is not measured in voxels.
 SetHits measure_hits(const RaySource& source, const kernels::AnyField& field, double diagonal,
                      const BakeOptions& options, size_t objects, const std::function<void(RaySet)>& begin);
 
@@ -41,10 +41,10 @@ struct ErrorBound {
 };
 ErrorBound error_bound(const SetAccuracies& sets);
 
-/// Throws TargetNotMet where options.max_error is given and not met.
+/// Throws TargetNotMet if options.max_error is given and not met.
 void check_error(const BakeOptions& options, const SetAccuracies& sets);
 
-/// How far a bake of several objects is, to be shown; training costs an object about so much as its
+/// Progress of a bake of several objects; an object's training is assumed to take time in proportion to its
 /// triangles, within bounds.
 class BakeClock {
  public:

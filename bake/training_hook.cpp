@@ -1,4 +1,4 @@
-// What a step of training is preceded by, unless a test links something else: nothing.
+// The default hook before each step of training, which does nothing. A test may link another one.
 #include "bake/training_hook.hpp"
 
 namespace nif::bake {

@@ -1,5 +1,5 @@
-// A place where training can be watched from outside. Tests of recovery link a definition of their own, which
-// breaks a network and so shows that training goes back; everyone else gets one that does nothing.
+// Lets code from outside watch training. Tests of recovery link their own definition, which breaks a network
+// and so shows that training goes back; all other programs get one that does nothing.
 #pragma once
 
 #include <cstddef>
@@ -8,11 +8,11 @@
 
 namespace nif::bake {
 
-/// A network that is about to train for a step.
+/// A network just before a step of training.
 struct NetworkInTraining {
-  size_t number;  ///< among those that are trained together
+  size_t number;  ///< index among those that are trained together
   uint64_t step;
-  std::span<float> weights, biases;  ///< with which the step runs; `spherical` networks have no biases
+  std::span<float> weights, biases;  ///< used by the step; `spherical` networks have no biases
   std::span<float> exact_biases;     ///< before they are quantised
 };
 

@@ -1,4 +1,4 @@
-// Counted work of a ray, by which encodings are compared: the same on every machine and for any number of
+// Counts the work per ray, by which encodings are compared: the same on every machine and for any number of
 // threads.
 #pragma once
 
@@ -12,8 +12,8 @@
 
 namespace nif::bake {
 
-/// `count(segment, counts)` for each segment, in parallel. It adds what a ray takes to `Counts`, which has
-/// integers, so that the order of adding does not matter, and an operator+.
+/// Calls `count(segment, counts)` for each segment, in parallel. It adds the segment's work to `Counts`,
+/// which consists of integers, so that the order of adding does not matter, and has an operator+.
 template <class Counts, class Count>
 Counts count_all(std::span<const Segment> segments, const Count& count) {
   return tbb::parallel_reduce(
@@ -25,8 +25,8 @@ Counts count_all(std::span<const Segment> segments, const Count& count) {
       [](const Counts& a, const Counts& b) { return a + b; });
 }
 
-/// The mean work of a ray over `outer-lines` and `inner-surface`, a part of them drawn for this.
-/// `count(segments)` counts what all of these rays take; its result has nanoseconds().
+/// The mean work per ray over `outer-lines` and `inner-surface`, from some of their rays. `count(segments)`
+/// counts the work of all of these rays; its result has nanoseconds().
 template <class Count>
 double mean_work(const RaySource& source, uint64_t seed, const Count& count) {
   constexpr size_t kWorkRays = 10'000;

@@ -1,5 +1,5 @@
-// Lays the BVH out, slivers and triangle numbers with it. Also counts the nodes that rays visit: from
-// that count `auto` estimates how long an answer takes.
+// Lays out the BVH, including slivers and triangle numbers. Also counts the nodes that rays visit: `auto`
+// estimates from that count how long an answer takes.
 #include "bake/encodings/bvh.hpp"
 
 #include <fmt/format.h>
@@ -57,7 +57,7 @@ std::unique_ptr<Encoder> BvhBaking::make(const BakeOptions& options) {
 }
 
 uint64_t lay_out_triangles(const Prepared& prepared, const BakeOptions& options, format::Object& object) {
-  // With slivers, which close what rounding opens between the triangles on both sides of them.
+  // Including slivers, which close the gaps that rounding opens between the triangles on both sides of them.
   const mesh::CleanMesh& surface = prepared.surface;
   std::vector<mesh::Triangle> all;
   if (!surface.slivers.empty()) {
@@ -78,7 +78,7 @@ uint64_t lay_out_triangles(const Prepared& prepared, const BakeOptions& options,
   return bytes;
 }
 
-// docs/results/work.md has how it was fitted.
+// docs/results/work.md describes the fit.
 double BvhCounts::nanoseconds() const { return 19 * double(nodes); }
 
 BvhCounts count_work(const kernels::TrianglesField& field, std::span<const Segment> rays) {

@@ -1,4 +1,4 @@
-// Baking of `bvh` objects: exact, and nothing is trained.
+// Bakes `bvh` objects: exact, without training.
 #pragma once
 
 #include <memory>
@@ -39,15 +39,15 @@ inline void add_metadata(const BvhBaking::Report&, const ObjectReport&, const fo
 /// wanted. Returns what they take of a file.
 uint64_t lay_out_triangles(const Prepared& prepared, const BakeOptions& options, format::Object& object);
 
-/// What rays take of the fast kernels, by which encodings are compared.
+/// Work of the fast kernels for rays, by which encodings are compared.
 struct BvhCounts {
-  uint64_t nodes = 0;  ///< leaves grow with them, and would say no more
+  uint64_t nodes = 0;  ///< leaves grow with them, and would add no information
 
   BvhCounts operator+(const BvhCounts& other) const { return {nodes + other.nodes}; }
   double nanoseconds() const;
 };
 BvhCounts count_work(const kernels::TrianglesField& field, std::span<const kernels::Segment> rays);
-/// Mean work of a ray, as mean_work().
+/// Mean work per ray, as mean_work().
 double work_of(const kernels::TrianglesField& field, const RaySource& source, uint64_t seed);
 
 }  // namespace nif::bake

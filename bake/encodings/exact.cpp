@@ -1,5 +1,5 @@
-// Builds the BVH first, then grids until one fits the budget, which counts the grid alone. Work is
-// counted as answers are found: a walk through the planes, then the BVH for rays that they leave open.
+// Builds `exact` objects: the BVH first, then grids until one fits the budget, which counts the grid alone.
+// Work is counted the way answers are found: a traversal of the planes, then of the BVH for rays left open.
 #include "bake/encodings/exact.hpp"
 
 #include <fmt/format.h>

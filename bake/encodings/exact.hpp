@@ -1,4 +1,4 @@
-// Baking of `exact` objects: planes prove most answers, and triangles decide the others. Nothing is trained.
+// Bakes `exact` objects: planes prove most answers, and triangles decide the others. Nothing is trained.
 #pragma once
 
 #include <memory>
@@ -40,10 +40,10 @@ inline void add_report(const ExactBaking::Report& report, nlohmann::ordered_json
 void add_metadata(const ExactBaking::Report& report, const ObjectReport& all, const format::Object& object,
                   nlohmann::ordered_json& json);
 
-/// What rays take of the fast kernels, by which encodings are compared.
+/// Work of the fast kernels for rays, by which encodings are compared.
 struct ExactCounts {
-  SegmentCounts walk;   ///< no network is asked
-  BvhCounts triangles;  ///< of rays that are left open, with boxes culled
+  SegmentCounts walk;   ///< there is no network
+  BvhCounts triangles;  ///< for rays left open, with culled boxes
 
   ExactCounts operator+(const ExactCounts& other) const {
     return {walk + other.walk, triangles + other.triangles};
@@ -51,7 +51,7 @@ struct ExactCounts {
   double nanoseconds() const;
 };
 ExactCounts count_work(const kernels::ExactField& field, std::span<const kernels::Segment> rays);
-/// Mean work of a ray, as mean_work().
+/// Mean work per ray, as mean_work().
 double work_of(const kernels::ExactField& field, const RaySource& source, uint64_t seed);
 
 }  // namespace nif::bake

@@ -1,5 +1,5 @@
-// Fits a grid to its budget, then asks whether planes are worth it: if they would not save a quarter of
-// the work of a BVH alone, as counted, they are left out and a very coarse grid remains.
+// Builds `proof` objects: fits a grid to its budget, then checks whether planes are worth it. If they would
+// not save a quarter of the counted work of a BVH alone, they are left out and a very coarse grid remains.
 #include "bake/encodings/proof.hpp"
 
 #include <fmt/format.h>
@@ -32,8 +32,8 @@ class ProofEncoder final : public Encoder {
     form.report = report;
   }
 
-  /// Where a BVH alone takes less work than behind planes, they are left out: a grid remains that only knows
-  /// what misses it.
+  /// Leaves planes out if a BVH alone takes less work than one behind planes: the remaining grid only proves
+  /// which rays miss it.
   std::string leave_out(const Prepared& prepared, const RaySource& source, uint64_t seed,
                         Form& form) const override {
     if (options_.resolution) return {};
@@ -42,7 +42,7 @@ class ProofEncoder final : public Encoder {
     const double alone = work_of(format::field_of(bvh), source, seed),
                  behind = work_of(kernels::ExactField{format::field_of(planes), format::field_of(bvh)},
                                   source, seed);
-    // The lists of open rays take time, too, which is not counted (docs/results/proof.md).
+    // Listing open rays takes time, too, which is not counted (docs/results/proof.md).
     constexpr double kLargestShare = 0.75;
     if (behind < kLargestShare * alone) return {};
     constexpr GridShape kCoarsest{2, 0, 1, kNoBudget};

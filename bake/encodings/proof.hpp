@@ -1,5 +1,5 @@
-// Baking of `proof` objects: planes prove most answers, and the others stay open, for a BVH that the caller
-// has. Nothing is trained.
+// Bakes `proof` objects: planes prove most answers, and the others stay open, for a BVH of the caller's.
+// Nothing is trained.
 #pragma once
 
 #include <memory>

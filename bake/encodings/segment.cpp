@@ -1,5 +1,6 @@
-// What a preset means for `segment`, and the order of steps: lay out, train, lean. The size of a file is
-// measured before training, with a network of zeros and features uncoded: it takes no more in the end.
+// Defines what a preset means for `segment`, and the order of steps: lay out, train, set the decision
+// threshold. The size of a file is measured before training, with a network of zeros and uncoded features:
+// the final size is no larger.
 #include "bake/encodings/segment.hpp"
 
 #include <algorithm>
@@ -17,16 +18,16 @@
 namespace nif::bake {
 namespace {
 
-/// What a preset comes to.
+/// What a preset means.
 struct SegmentShape : GridShape {
   uint32_t samples, features_per_corner;
   float length_scale;
   NetworkOptions network;
-  double rays_per_corner;  ///< training rays for each corner that has features
+  double rays_per_corner;  ///< training rays per corner that has features
   uint64_t max_rays;
 };
 
-// What `balanced` comes to stands in docs/results/dragon.md.
+// docs/results/dragon.md shows what `balanced` gives.
 constexpr std::pair<Preset, SegmentShape> kSegmentShapes[] = {
     {Preset::fast, {{32, 3, 2.0, 110'000}, 4, 2, 48.0f, {32, 2}, 1000, 12'000'000}},
     {Preset::balanced, {{48, 2, 1.5, 200'000}, 4, 2, 32.0f, {32, 2}, 2200, 110'000'000}},
@@ -48,7 +49,7 @@ SegmentShape shape_for(const BakeOptions& options) {
   return shape;
 }
 
-/// A network of the right shape and size, all zeros, to measure what a file will take.
+/// A network of the right shape and size, all zeros, to measure the size of a file.
 format::Mlp blank_network(const SegmentShape& shape) {
   format::Mlp network;
   uint32_t inputs = kernels::input_count(shape.samples, shape.features_per_corner);
@@ -119,7 +120,7 @@ class SegmentEncoder final : public Encoder {
   }
 
  private:
-  /// Its occupancy and planes, and zero features.
+  /// Lays out its occupancy and planes, and zero features.
   void lay_out(const Prepared& prepared, double scale, Form& form) const {
     const LaidOut grid = lay_out_grid(prepared, shape_, scale, options_.resolution.has_value());
     format::Object& object = form.object();
@@ -130,8 +131,8 @@ class SegmentEncoder final : public Encoder {
     store_occupancy(grid.occupancy, shape_.features_per_corner, object);
     form.report = SegmentBaking::Report{fit_planes(prepared, grid, object.name, planes), std::nullopt};
     form.alone.mlps = {blank_network(shape_)};
-    // Features are not known before they are trained, so they count uncoded: a file takes no more than this.
-    // The size that grids are chosen by does not depend on how a file stores them.
+    // Features are unknown before training, so they count uncoded: a file takes no more than this. The size
+    // by which grids are chosen does not depend on how a file stores them.
     planes.coded = format::kCodedPlanes;
     network.coded = format::kCornersAround;
     form.sections = format::section_bytes(form.alone);
@@ -152,7 +153,7 @@ class SegmentEncoder final : public Encoder {
     const double rays =
         std::clamp(shape_.rays_per_corner * corners, double(kLeastSegmentRays), double(shape_.max_rays));
     training.rays = uint64_t(rays * options_.effort.value_or(1.0));
-    // Short trainings need their steps more than large batches.
+    // Short trainings need many steps more than large batches.
     training.batch = training.rays >= 60'000'000   ? 8192
                      : training.rays >= 20'000'000 ? 4096
                      : training.rays >= 6'000'000  ? 2048
@@ -175,7 +176,7 @@ std::unique_ptr<Encoder> SegmentBaking::make(const BakeOptions& options) {
   return std::make_unique<SegmentEncoder>(options);
 }
 
-// docs/results/work.md has how they were fitted.
+// docs/results/work.md describes the fit.
 double SegmentCounts::nanoseconds() const {
   return 20 * double(rays) + 3.4 * double(pieces) + 77 * double(ambiguous);
 }

@@ -1,4 +1,4 @@
-// Baking of `segment` objects: an occupancy grid, and a field that is trained for the rest.
+// Bakes `segment` objects: an occupancy grid, and a trained field for the rays that it leaves open.
 #pragma once
 
 #include <array>
@@ -26,10 +26,10 @@ struct RaySource;
 struct SegmentBaking {
   using Field = kernels::SegmentField;
   struct Options {
-    double scale = 1;  ///< of the grids; other than 1: whatever that takes
+    double scale = 1;  ///< of the grids; if not 1, without a limit of their bytes
     std::optional<uint32_t>
-        resolution;            ///< finest cells along the longest side, in place of what fits the budget
-    std::optional<Lean> lean;  ///< to which side answers lean; `bvh` objects need not, and others cannot
+        resolution;            ///< finest cells along the longest side, instead of what fits the budget
+    std::optional<Lean> lean;  ///< decision threshold; `bvh` objects need none, and others cannot have one
   };
   struct Report : GridReport {
     std::optional<LeanReport> lean;
@@ -46,18 +46,18 @@ void add_report(const SegmentBaking::Report& report, nlohmann::ordered_json& jso
 void add_metadata(const SegmentBaking::Report& report, const ObjectReport& all, const format::Object& object,
                   nlohmann::ordered_json& json);
 
-/// What rays take of the fast kernels, by which encodings are compared.
+/// Work of the fast kernels for rays, by which encodings are compared.
 struct SegmentCounts {
   uint64_t rays = 0;
-  uint64_t pieces = 0;     ///< that the walk passes in mixed bricks: a fast one leaps over the others
-  uint64_t ambiguous = 0;  ///< rays that the network is asked
+  uint64_t pieces = 0;     ///< passed in mixed bricks: fast traversals skip the others
+  uint64_t ambiguous = 0;  ///< rays for the network
 
   SegmentCounts operator+(const SegmentCounts& other) const {
     return {rays + other.rays, pieces + other.pieces, ambiguous + other.ambiguous};
   }
   double nanoseconds() const;
 };
-/// Is shown the pieces of a walk, and counts those in mixed bricks.
+/// Counts the pieces of a traversal that are in mixed bricks.
 struct CountPieces {
   const kernels::PlanesField& field;
   uint64_t& pieces;
@@ -68,9 +68,9 @@ struct CountPieces {
     pieces += kernels::brick_place(field, voxel).entry >= kernels::kFirstMixedBrick;
   }
 };
-/// Features and network do not matter to it.
+/// Features and network have no effect.
 SegmentCounts count_work(const kernels::SegmentField& field, std::span<const kernels::Segment> rays);
-/// Mean work of a ray, as mean_work().
+/// Mean work per ray, as mean_work().
 double work_of(const kernels::SegmentField& field, const RaySource& source, uint64_t seed);
 
 }  // namespace nif::bake

@@ -1,5 +1,5 @@
-// Numbers the corners brick by brick: the first of a brick is the count of all corners before it. A
-// kernel then finds any corner by a population count in the bits of its brick.
+// Numbers the corners brick by brick: a brick's first number is the count of all corners before it. A kernel
+// then finds any corner by a population count in the bits of its brick.
 #include "bake/network/corners.hpp"
 
 #include <bit>

@@ -1,4 +1,4 @@
-// The corners of an object that have features.
+// Stores the corners of an object that have features.
 #pragma once
 
 #include "bake/planes/occupancy.hpp"
@@ -6,8 +6,8 @@
 
 namespace nif::bake {
 
-/// As the other store_occupancy(), into an object that has planes and a network; with the corners of surface
-/// voxels, and zero features for each.
+/// Like the other store_occupancy(), for an object that has planes and a network; adds the corners of surface
+/// voxels, with zero features.
 void store_occupancy(const Occupancy& occupancy, uint32_t features_per_corner, format::Object& object);
 
 }  // namespace nif::bake

@@ -1,5 +1,5 @@
-// Draws rays that training has not seen, and moves the decision threshold past as many mistakes as the
-// bound (Clopper and Pearson) asks for. Where no threshold will do, only the safe answer is given.
+// Sets a decision threshold from rays that training has not seen: moves it past as many mistakes as the bound
+// (Clopper and Pearson) requires. If no threshold suffices, only the safe answer is given.
 #include "bake/network/lean.hpp"
 
 #include <fmt/format.h>
@@ -20,8 +20,8 @@ namespace {
 constexpr std::pair<Mistake, std::string_view> kMistakes[] = {{Mistake::leak, "leak"},
                                                               {Mistake::spurious, "spurious"}};
 
-// So many mistakes are expected among the rays at the rate: the bound is then some 10 % above what was
-// counted.
+// This many mistakes are expected among the rays at the given rate: the bound is then some 10 % above the
+// count.
 constexpr double kExpectedMistakes = 400;
 constexpr uint64_t kLeastRays = 250'000, kMostRays = 16'000'000;
 constexpr uint64_t kRaysAtATime = 1'000'000;
@@ -33,7 +33,7 @@ uint64_t rays_for(double rate) {
   return std::max(kLeastRays, uint64_t(kExpectedMistakes / rate));
 }
 
-/// The most mistakes among so many rays by which the rate is shown; -1: not even none shows it.
+/// The most mistakes among this many rays that still prove the rate; -1: not even none does.
 int64_t most_mistakes(uint64_t rays, double rate) {
   int64_t good = -1, bad = int64_t(rays);
   if (rate >= 1) return bad;
@@ -44,8 +44,8 @@ int64_t most_mistakes(uint64_t rays, double rate) {
   return good;
 }
 
-/// How far the network is on the wrong side, for a ray that the wrong answer would be a mistake for; below 0:
-/// the answer is right.
+/// How far the network's output is on the wrong side, for a ray whose wrong answer would be this mistake;
+/// below 0: the answer is right.
 int64_t excess_of(Mistake mistake, int64_t output) { return mistake == Mistake::leak ? output : -1 - output; }
 
 HeldOut hold_out(const RaySource& source, RaySet set, const kernels::SegmentField& field,
@@ -119,7 +119,7 @@ LeanReport lean(const RaySource& source, const format::Object& object, const Lea
 
   LeanReport report{asked, 0, false, {}};
   report.proven = !shown;
-  // Where nothing else will do, as far as the network's outputs can reach.
+  // If nothing else suffices: as far as the network's outputs can reach.
   const format::OutputRange range = format::output_range(network);
   const bool leak = asked.mistake == Mistake::leak;
   const int64_t furthest = excess_of(asked.mistake, leak ? range.largest : range.least);

@@ -1,4 +1,4 @@
-// A threshold that makes an object's answers lean to one side, so that one kind of error stays below a rate.
+// Chooses a decision threshold that keeps one kind of error of an object below a rate.
 #pragma once
 
 #include <array>
@@ -20,24 +20,24 @@ enum class Mistake { leak, spurious };
 std::string_view name_of(Mistake mistake);
 std::optional<Mistake> mistake_named(std::string_view name);
 
-/// What a threshold is to do: keep a mistake at or below a share of all rays of every ray set.
+/// The purpose of a threshold: to keep a mistake at or below a share of all rays of every ray set.
 struct Lean {
   Mistake mistake = Mistake::leak;
   double rate = 0;  ///< 0..1
 };
 
-/// What a threshold came to on held-out rays.
+/// The effect of a threshold on held-out rays.
 struct LeanReport {
   struct Set {
     uint64_t rays = 0, wrong = 0;  ///< held out; of those, with this mistake
-    double bound = 0;              ///< the mistake's share of all rays is below this with 99 % confidence
+    double bound = 0;              ///< 99 % confidence bound of the mistake's share of all rays
   };
   Lean asked;
   int32_t threshold = 0;
-  /// No answer can be this mistake: the network's answers are all alike, because no threshold between could
-  /// be shown to meet the rate. Then nothing is counted.
+  /// No answer can be this mistake: the network gives only the other answer, because no threshold in between
+  /// could be proven to meet the rate. Then nothing is counted.
   bool proven = false;
-  std::array<Set, kRaySets.size()> sets{};  ///< by RaySet; without rays where the object has none
+  std::array<Set, kRaySets.size()> sets{};  ///< by RaySet; without rays if the object has none
 
   /// The set with the highest bound.
   RaySet worst() const;
@@ -47,24 +47,24 @@ struct LeanReport {
 std::string describe(const LeanReport& report);
 nlohmann::ordered_json to_json(const LeanReport& report);
 
-/// The held-out rays of one set, as far as a threshold cares.
+/// The held-out rays of one set, as needed for a threshold.
 struct HeldOut {
   uint64_t rays = 0;  ///< all of them
-  /// Of the rays with the mistake: by how much the output would have to move for the other answer, less one.
+  /// For each ray with the mistake: how far the output would have to move for the other answer, minus one.
   std::vector<uint32_t> excess;
 };
 
-/// By how much outputs have to move so that the share of rays with a mistake is at most `rate` in every set,
-/// with 99 % confidence (Clopper and Pearson 1934). 0 where they need not. nullopt where there are too few
-/// rays to show it of any. Sorts `excess`, largest first. Sets without rays are passed over.
+/// How far outputs must move so that the share of rays with a mistake is at most `rate` in every set, with 99
+/// % confidence (Clopper and Pearson 1934). 0 if they need not move. nullopt if there are too few rays to
+/// prove it for any move. Sorts `excess`, largest first. Ignores sets without rays.
 ///
-/// The counts are of the rays that the answer is chosen by. The confidence holds all the same: a smaller move
-/// has no fewer mistakes, so a move that is too small is chosen only if the largest of these seems good
+/// The counts come from the same rays by which the result is chosen. The confidence still holds: a smaller
+/// move has no fewer mistakes, so a move that is too small is chosen only if the largest such move seems good
 /// enough.
 std::optional<uint32_t> least_move(std::span<HeldOut> sets, double rate);
 
-/// Moves the threshold of a trained field's network as asked. `object` and `network` are the field. Throws
-/// Error(interrupted) once `cancel` is set. The result does not depend on the number of threads.
+/// Moves the threshold of a trained field's network as requested. `object` and `network` are the field.
+/// Throws Error(interrupted) once `cancel` is set. The result does not depend on the number of threads.
 LeanReport lean(const RaySource& source, const format::Object& object, const Lean& asked, uint64_t seed,
                 const std::atomic<bool>& cancel, format::Mlp& network);
 

@@ -1,5 +1,6 @@
-// Runs the fastest CPU kernel with a tiny network of zeros. An answer that is not certain tells that the
-// network was asked, so the segment is open. Where there is no such kernel, the reference walks instead.
+// Finds open segments with the fastest CPU kernel and a tiny network of zeros. An answer that is not certain
+// means that the network was evaluated, so the segment is open. If there is no such kernel, the reference
+// traverses instead.
 #include "bake/network/open_filter.hpp"
 
 #include <algorithm>
@@ -12,7 +13,7 @@ namespace nif::bake {
 
 using kernels::Segment;
 
-/// The smallest network that takes the field's inputs: whether it is asked is all that is looked at.
+/// The smallest network that takes the field's inputs: it only matters whether it is evaluated.
 struct OpenFilter::BlankNetwork {
   std::vector<int8_t> weights;
   std::vector<int32_t> biases = std::vector<int32_t>(1);

@@ -1,4 +1,5 @@
-// Which of many segments the walk leaves open: open ones are rare, so the search is as fast as queries are.
+// Finds the segments that a traversal leaves open. They are rare, so the search must be as fast as queries
+// are.
 #pragma once
 
 #include <memory>
@@ -14,11 +15,11 @@ namespace nif::bake {
 
 class OpenFilter {
  public:
-  /// `field` must outlive this; its features and its network do not matter.
+  /// `field` must outlive this; its features and network have no effect.
   explicit OpenFilter(const kernels::SegmentField& field);
   ~OpenFilter();
 
-  /// Appends the numbers of those that are open, in ascending order. Thread-safe. The same on every machine,
+  /// Appends the indices of the open segments, in ascending order. Thread-safe. The same on every machine,
   /// because kernels give the same bits.
   void select(std::span<const kernels::Segment> segments, std::vector<uint32_t>& open) const;
 
@@ -27,7 +28,7 @@ class OpenFilter {
   kernels::SegmentField field_;
   std::unique_ptr<BlankNetwork> network_;
   kernels::cpu::SharedCopies copies_;
-  kernels::KernelPointer kernel_;  ///< none where this machine has no instruction set that there is one for
+  kernels::KernelPointer kernel_;  ///< none if there is no kernel for this machine
 };
 
 }  // namespace nif::bake

@@ -1,5 +1,6 @@
-// Adam moves floats, while the network runs with their quantised copies, as in the asset. If the loss is
-// not finite, or all answers become alike, training goes back to a snapshot with half the learning rate.
+// Trains a field: Adam updates floats, while the network runs with their quantised copies, as in the asset.
+// If the loss is not finite, or all answers become alike, training returns to a snapshot with half the
+// learning rate.
 #include "bake/network/trainer.hpp"
 
 #include <tbb/cache_aligned_allocator.h>
@@ -18,16 +19,16 @@
 namespace nif::bake {
 namespace {
 
-/// Parts that a mini-batch's gradients are added up in, each by one thread, then summed in order: what makes
-/// the result the same for any number of threads, and the most threads that a step can use.
+/// A mini-batch's gradients are summed in this many parts, each by one thread, then added in order. So the
+/// result is the same for any number of threads, and this is the most threads that a step can use.
 constexpr uint32_t kTrainGroups = 8;
 constexpr uint64_t kStepsBetweenSnapshots = 256;
-/// At least: when it is time for a checkpoint is asked so often.
+/// Minimum number of steps between checks whether a checkpoint is due.
 constexpr uint64_t kStepsBetweenCheckpoints = 16;
 constexpr uint32_t kMaxRecoveries = 6;
-/// A network has collapsed if it gave the same answer to all rays of so many runs of kStepsBetweenSnapshots,
-/// in turn, though at least this share of them is otherwise, and if its loss is no better than this factor
-/// times that of a network that knows nothing but the share of visible rays.
+/// A network has collapsed if it gave the same answer to all rays of this many consecutive runs of
+/// kStepsBetweenSnapshots steps, although at least this share of them has the other answer, and if its loss
+/// is at least this factor times that of a network that only knows the share of visible rays.
 constexpr uint32_t kCollapsedRuns = 2;
 constexpr double kCollapsedShare = 0.01, kCollapsedLoss = 0.98;
 /// Weights are k / 2^kWeightShift with |k| <= 127, as in the asset.
@@ -40,8 +41,7 @@ constexpr float kGain = 8.0f;
 
 using Floats = std::vector<float, tbb::cache_aligned_allocator<float>>;
 
-/// One kind of parameter: what Adam moves, what it remembers, and the quantised copy that the network runs
-/// with.
+/// One kind of parameter: what Adam updates, its moments, and the quantised copy that the network runs with.
 struct Parameters {
   Floats master, first, second, quantised;
   float limit, quantum;
@@ -146,7 +146,7 @@ class Trainer {
     }
   };
 
-  /// Where training is in the rays that were drawn last.
+  /// Position of training within the rays that were drawn last.
   struct Round {
     uint64_t first_chunk = 0;
     uint64_t until = 0;  ///< the step at which it ends
@@ -164,8 +164,7 @@ class Trainer {
       TrainingRays rays = draw_rays(round_.first_chunk, chunks_per_round, steps, progress, cancel);
       if (cancel) throw Error(Status::interrupted, "the bake was cancelled");
       if (rays.candidates == 0) return failed("the ray sets of the mix have no rays");
-      // Where nothing is open, the network is never asked; where little is, the same rays are used more
-      // often.
+      // If nothing is open, the network is never evaluated; if little is, the same rays are used more often.
       if (rays.count() == 0) break;
       while (rays.count() < options_.batch) rays.append(TrainingRays(rays));
       if (!std::exchange(within_round, false)) {
@@ -188,7 +187,7 @@ class Trainer {
     for (float& f : features_.master) f = static_cast<float>(random.uniform(-0.05, 0.05));
     for (uint32_t l = 0; l < shape_.layer_count; ++l) {
       const NetworkShape::Layer& layer = shape_.layers[l];
-      // Uniform (He et al. 2015), and biases that put every neuron in the middle of its range for inputs of
+      // Uniform (He et al. 2015), with biases that put every neuron in the middle of its range for inputs of
       // 1/2.
       const double reach = std::min(1.5, std::sqrt(6.0 / layer.inputs));
       for (uint32_t o = 0; o < layer.outputs; ++o) {
@@ -214,7 +213,7 @@ class Trainer {
     return result;
   }
 
-  /// The rays of a round, drawn in parts, so that progress is seen in between.
+  /// The rays of a round, drawn in parts, so that progress is visible in between.
   TrainingRays draw_rays(uint64_t first_chunk, uint64_t chunks, uint64_t steps,
                          const std::function<void(const TrainingProgress&)>& progress,
                          const std::atomic<bool>& cancel) const {
@@ -228,14 +227,13 @@ class Trainer {
     return rays;
   }
 
-  /// One use of every drawn ray, batch by batch, or up to the end of the round; where a batch starts differs
-  /// from pass to pass. False as recover().
+  /// Uses every drawn ray once, batch by batch, or until the end of the round; where a batch starts differs
+  /// from pass to pass. Returns false if recover() does.
   bool train_pass(const TrainingRays& rays, uint64_t steps,
                   const std::function<void(const TrainingProgress&)>& progress,
                   const std::atomic<bool>& cancel, TrainingLog& log) {
     const size_t slice = options_.batch / kTrainGroups, slices = rays.count() / slice;
-    // A stride that shares no divisor with the number of slices visits each once, in another order every
-    // pass.
+    // A stride coprime to the number of slices visits each once, in another order every pass.
     size_t stride = 1 + (slices / 3) * (round_.pass + 1);
     while (std::gcd(stride, slices) != 1) ++stride;
     for (uint64_t& done = round_.done; done + kTrainGroups <= slices && step_ < round_.until;
@@ -250,7 +248,7 @@ class Trainer {
     return true;
   }
 
-  /// False as recover().
+  /// Returns false if recover() does.
   bool train_batch(const TrainingRays& rays, const std::array<size_t, kTrainGroups>& firsts, size_t slice,
                    uint64_t steps) {
     if (step_ % kStepsBetweenSnapshots == 0 && !end_run()) return recover();
@@ -289,21 +287,21 @@ class Trainer {
     return true;
   }
 
-  /// Looks at the run that has ended, and takes a snapshot for the next. False where the network has
+  /// Examines the run that has ended, and takes a snapshot for the next. Returns false if the network has
   /// collapsed.
   bool end_run() {
     if (run_.batches != 0) collapsed_ = run_.collapsed() ? collapsed_ + 1 : 0;
     run_ = {};
     if (collapsed_ >= kCollapsedRuns) return false;
     if (collapsed_ != 0) return true;
-    // Whether a network lives is known only at the end of the run that began with it.
+    // Only at the end of a run is it known whether the network that started it works.
     trusted_ = std::move(snapshot_);
     snapshot_ = std::make_unique<Snapshot>(Snapshot{features_, weights_, biases_, adam_step_});
     if (!trusted_) trusted_ = std::make_unique<Snapshot>(*snapshot_);
     return true;
   }
 
-  /// Sums the lanes of the small gradients and moves all parameters. False where one moved by something not
+  /// Sums the lanes of the small gradients and updates all parameters. Returns false if a change was not
   /// finite.
   bool update(uint64_t steps) {
     ++adam_step_;
@@ -354,7 +352,7 @@ class Trainer {
     return finite && weights_finite && biases_finite;
   }
 
-  /// Back to a snapshot, with half the learning rate. False where that has not helped.
+  /// Returns to a snapshot, with half the learning rate. Returns false if that has not helped.
   bool recover() {
     if (++recoveries_ > kMaxRecoveries) return false;
     if (collapsed_ != 0) snapshot_ = std::make_unique<Snapshot>(*trusted_);
@@ -370,12 +368,11 @@ class Trainer {
       std::fill(group.weights.begin(), group.weights.end(), 0.f);
       std::fill(group.biases.begin(), group.biases.end(), 0.f);
     }
-    ++step_;  // the batch that did it is not tried again
+    ++step_;  // the batch that caused it is not tried again
     return true;
   }
 
-  /// Running means for the progress line, and errors by ray set. Rays are counted before they are learned
-  /// from.
+  /// Running means for the progress line, and errors by ray set. Rays are counted before training on them.
   void watch(const TrainingRays& rays, const std::array<size_t, kTrainGroups>& firsts, size_t slice,
              double loss) {
     constexpr double kMemory = 0.98;
@@ -466,7 +463,7 @@ class Trainer {
     state.end();
     state.require(step_ <= round_.until && round_.until <= all_steps() && recoveries_ <= kMaxRecoveries &&
                   collapsed_ < kCollapsedRuns && caution_ >= 0 && caution_ <= 1);
-    // The first step takes both.
+    // The first step takes both snapshots.
     state.require((snapshot_ && trusted_) || (step_ == 0 && run_.batches == 0 && collapsed_ == 0));
     for (size_t s = 0; s < set_rays_.size(); ++s)
       state.require(set_wrong_[s] >= 0 && set_wrong_[s] <= set_rays_[s] && std::isfinite(set_rays_[s]));
@@ -502,14 +499,14 @@ class Trainer {
   NetworkShape shape_;
   Parameters features_, weights_, biases_;
   std::array<Group, kTrainGroups> groups_;
-  std::unique_ptr<Snapshot> snapshot_;  ///< the last
-  std::unique_ptr<Snapshot> trusted_;   ///< the last whose network has not collapsed in the run after it
+  std::unique_ptr<Snapshot> snapshot_;  ///< the latest
+  std::unique_ptr<Snapshot> trusted_;   ///< the latest whose network did not collapse in the next run
   Round round_;
   uint64_t step_ = 0, adam_step_ = 0;
   uint32_t recoveries_ = 0;
   double caution_ = 1;  // factor on the learning rate, halved at each recovery
   Run run_;
-  uint32_t collapsed_ = 0;  ///< runs, the last ones in turn
+  uint32_t collapsed_ = 0;  ///< number of consecutive runs, up to the last
   uint64_t watched_ = 0;
   double loss_ = 0, error_ = 0;
   std::array<double, kRaySets.size()> set_rays_{}, set_wrong_{};

@@ -1,5 +1,4 @@
-// Training of one object's field: features and network together, already quantised as the asset will have
-// them.
+// Trains one object's field: features and network together, quantised as the asset will have them.
 #pragma once
 
 #include <atomic>
@@ -18,32 +17,32 @@ struct NetworkOptions {
   uint32_t hidden_layers = 2;  ///< 1..kernels::kMaxLayers - 1
 };
 
-/// How long and how boldly to train. Counts, never clocks: a slower machine makes the same bytes.
+/// How long and how fast to train. Counts, never clocks: a slower machine makes the same bytes.
 struct TrainingOptions {
   NetworkOptions network;
   Mix mix{};
-  uint64_t rays = 0;            ///< training steps' rays in all
+  uint64_t rays = 0;            ///< of all training steps
   uint64_t rays_per_round = 0;  ///< fresh rays drawn at a time
-  uint32_t passes = 6;          ///< times that each drawn ray is used
-  uint32_t batch = 8192;        ///< rays a step; a multiple of kTrainGroups * kTrainLanes
-  float feature_rate = 0.01f;   ///< Adam's learning rate at its height, for features
+  uint32_t passes = 6;          ///< how often each drawn ray is used
+  uint32_t batch = 8192;        ///< rays per step; a multiple of kTrainGroups * kTrainLanes
+  float feature_rate = 0.01f;   ///< Adam's peak learning rate for features
   float network_rate = 0.006f;  ///< and for weights and biases
   uint64_t seed = 0;
 };
 
 struct TrainingProgress {
   uint64_t rays_done, rays_total;
-  double loss;   ///< binary cross-entropy, mean over the recent ambiguous rays
+  double loss;   ///< binary cross-entropy, mean over recent ambiguous rays
   double error;  ///< share of those answered wrongly
 };
 
 struct TrainingResult {
   format::Mlp network;
-  std::string failure;  ///< why training failed, as a sentence that names the object; empty: it did not
-  /// Times that training went back, since its loss was not finite or all answers were alike.
+  std::string failure;  ///< why training failed, as a sentence that names the object; empty on success
+  /// How often training went back, because its loss was not finite or all answers were alike.
   uint32_t recoveries = 0;
   std::array<double, kRaySets.size()>
-      error{};  ///< share of wrong answers among the last ambiguous rays of each set
+      error{};  ///< share of wrong answers among each set's latest ambiguous rays
 };
 
 /// Trains an object with planes and a network (with store_occupancy() done, and samples, length_scale set)

@@ -1,5 +1,5 @@
-// Forward pass, loss and backward pass for 64 rays at once, then Adam, by Highway for each target.
-// Backwards, neurons outside of their range keep a small slope, so that they can come back.
+// Forward pass, loss and backward pass for 64 rays at once, then Adam, with Highway for each target. In the
+// backward pass, neurons outside their range keep a small slope, so that they can recover.
 #include "bake/network/trainer_kernels.hpp"
 
 #include <algorithm>
@@ -19,7 +19,7 @@ namespace nif::bake {
 namespace HWY_NAMESPACE {
 
 constexpr float kActivationTop = 127.0f;
-/// Slope of the activation outside (0, 1) in the backward pass only, so that no neuron stays dead for good.
+/// Slope of the activation outside (0, 1), only in the backward pass, so that no neuron stays dead.
 constexpr float kLeak = 0.02f;
 
 /// Rounds values in [0, 1] to multiples of 1/127, as the integer network does: floor(127 x + 1/2) / 127.
@@ -38,7 +38,7 @@ HWY_INLINE void corner_weights(const uint8_t (&fraction)[3], float weights[8]) {
   weights[4] = x0 * c, weights[5] = x1 * c, weights[6] = x0 * e, weights[7] = x1 * e;
 }
 
-/// x[input][ray]: features first, then the heights, then the globals.
+/// x[input][ray]: features first, then the heights, then the global inputs.
 void gather(const TrainingModel& model, const TrainingSlice& slice, float* HWY_RESTRICT x) {
   const hn::CappedTag<float, 2> pair;
   const uint32_t step = uint32_t(hn::Lanes(pair));
@@ -100,7 +100,7 @@ void scatter(const TrainingModel& model, const TrainingSlice& slice, const float
   }
 }
 
-/// Loss and its derivative by the last layer's output, for the rays of one chunk.
+/// Loss and its derivative with respect to the last layer's output, for the rays of one chunk.
 double loss_of(const TrainingModel& model, const uint8_t* visible, const float* z, float* dz,
                uint8_t* wrong) {
   const Wide d;
@@ -129,7 +129,7 @@ void TrainSlice(const TrainingModel& model, const TrainingSlice& slice, uint32_t
                 GroupGradients& gradients) {
   const Wide d;
   const NetworkShape& shape = model.shape;
-  // Activations of every layer stay for the backward pass; z of the current layer, dz and dx are reused.
+  // Activations of every layer are kept for the backward pass; z of the current layer, dz and dx are reused.
   float* inputs[kernels::kMaxLayers];
   float* sums[kernels::kMaxLayers];
   float* next = scratch;
@@ -207,7 +207,7 @@ bool AdamUpdate(const AdamStep& step, size_t begin, size_t end, std::span<float*
     hn::StoreU(value, d, master + i);
     hn::StoreU(hn::Mul(hn::Round(hn::Div(value, hn::Set(d, step.quantum))), hn::Set(d, step.quantum)), d,
                quantised + i);
-    return hn::Mul(change, hn::Zero(d));  // NaN where the change was not finite
+    return hn::Mul(change, hn::Zero(d));  // NaN if the change was not finite
   };
   const Wide wide;
   const hn::FixedTag<float, 1> single;

@@ -2,7 +2,7 @@
 // Adam.
 //
 // Everything is computed in the same order with fused multiply-adds on every target that has them (AVX2 and
-// later), so that a bake gives the same bytes on each of those.
+// later), so that a bake gives the same bytes on all of those.
 #pragma once
 
 #include <array>
@@ -25,11 +25,11 @@ struct NetworkShape {
     uint32_t weights, biases;  ///< offset of the layer's first
   };
   std::array<Layer, kernels::kMaxLayers> layers{};
-  uint32_t weights = 0, biases = 0;  ///< in all
+  uint32_t weights = 0, biases = 0;  ///< in total
   uint32_t widest = 0;               ///< of all inputs and outputs
 };
 
-/// Parameters as the quantised network will have them, in float: features k / 127, weights k / 2^shift.
+/// Parameters with the values of the quantised network, in float: features k / 127, weights k / 2^shift.
 struct TrainingModel {
   NetworkShape shape;
   uint32_t samples, features_per_corner;
@@ -46,7 +46,7 @@ struct TrainingPoint {
   uint8_t height;
 };
 
-/// A run of training rays, as in TrainingRays.
+/// Consecutive training rays, as in TrainingRays.
 struct TrainingSlice {
   const uint32_t* cells;
   const TrainingPoint* points;
@@ -54,13 +54,13 @@ struct TrainingSlice {
   const uint8_t* visible;
 };
 
-/// What a group adds up. Sizes: features as the model's, weights and biases times kVirtualLanes.
+/// Sums of a group. Sizes: features as the model's, weights and biases times kVirtualLanes.
 struct GroupGradients {
   float* features;
   float* weights;
   float* biases;
   double loss;     ///< sum of binary cross-entropies
-  uint8_t* wrong;  ///< [rays of the slice]: 1 where the answer was wrong
+  uint8_t* wrong;  ///< [rays of the slice]: 1 if the answer was wrong
 };
 
 /// Floats of scratch that train_slice needs.
@@ -70,8 +70,8 @@ size_t train_scratch_floats(const NetworkShape& shape);
 void train_slice(const TrainingModel& model, const TrainingSlice& slice, uint32_t count, float* scratch,
                  GroupGradients& gradients);
 
-/// Adam (Kingma and Ba 2015) with the gradient of `groups` arrays, summed in order, scaled by `scale`, and
-/// cleared.
+/// Adam (Kingma and Ba 2015) with the gradient of `groups` arrays, which are summed in order, scaled by
+/// `scale`, and cleared.
 struct AdamStep {
   float learning_rate, beta1, beta2, epsilon;
   float correction1, correction2;  ///< 1 / (1 - beta^step)
@@ -79,7 +79,7 @@ struct AdamStep {
   float limit;    ///< parameters stay in [-limit, limit]
   float quantum;  ///< steps of the quantised copy
 };
-/// False where a change was not finite. Parameters alone would not tell: clamping turns NaN into a limit.
+/// Returns false if a change was not finite. Parameters do not show that: clamping turns NaN into a limit.
 bool adam_update(const AdamStep& step, size_t begin, size_t end, std::span<float* const> groups,
                  float* master, float* first_moment, float* second_moment, float* quantised);
 

@@ -1,5 +1,6 @@
-// Draws candidates in chunks, keeps those that OpenFilter finds open, and asks Embree about these alone.
-// Many candidates leave from one start in random directions, because to find a start takes rays, too.
+// Draws training rays: candidates in chunks, of which it keeps those that OpenFilter finds open, and asks
+// Embree only about these. Many candidates share a start and differ in direction, because finding a start
+// takes rays, too.
 #include "bake/network/training_rays.hpp"
 
 #include <tbb/parallel_for.h>
@@ -74,11 +75,11 @@ class ChunkDrawer {
 
  private:
   static constexpr size_t kCandidates = 1024;  ///< drawn at a time
-  /// For each ray that is wanted: where fewer are open, there are fewer rays.
+  /// Per ray that is wanted: if fewer candidates are open, there are fewer rays.
   static constexpr size_t kMostCandidates = 32;
   static constexpr uint32_t kRaysFromStart = 32;  ///< in random directions
 
-  /// So that every part of the chunk has rays of all sets.
+  /// Every part of the chunk should have rays of all sets.
   void shuffle() {
     const uint32_t samples = rays_.samples;
     for (uint32_t i = uint32_t(rays_.count()); i-- > 1;) {
@@ -93,7 +94,7 @@ class ChunkDrawer {
     }
   }
 
-  /// Draws candidates of a set and keeps those that are open, until there are so many rays. False where the
+  /// Draws candidates of a set and keeps the open ones, until there are `until` rays. Returns false if the
   /// set has none.
   bool draw_round(RaySet set, size_t until) {
     candidates_.clear();
@@ -108,7 +109,7 @@ class ChunkDrawer {
     return !candidates_.empty();
   }
 
-  /// A candidate, or many from one start.
+  /// Draws one candidate, or many from one start.
   void draw(RaySet set) {
     switch (set) {
       case RaySet::inner_surface:
@@ -142,7 +143,7 @@ class ChunkDrawer {
 
   void keep(const Segment& segment, RaySet set) {
     kernels::walk_segment(field_, segment, walk_);
-    // A way of no length tells nothing of where the surface is.
+    // Without length, the intervals do not show where the surface is.
     if (!(walk_.open_t > 0)) return;
     kernels::place_samples(field_, walk_, placement_);
     uint32_t numbers[kernels::kMaxSamples];
@@ -200,7 +201,7 @@ TrainingRays draw_training_rays(const RaySource& source, const kernels::SegmentF
                                 const SurfaceCells& cells, const OpenFilter& filter, const Mix& mix,
                                 uint64_t seed, uint64_t first_chunk, uint64_t chunks,
                                 const std::atomic<bool>& cancel) {
-  constexpr uint64_t kPurpose = 0x747261696e;  // apart from the ray sets' own streams: never the same rays
+  constexpr uint64_t kPurpose = 0x747261696e;  // separate from the ray sets' own streams: never the same rays
   std::vector<TrainingRays> parts(chunks);
   tbb::parallel_for(uint64_t{0}, chunks, [&](uint64_t b) {
     Random random(seed, kPurpose, first_chunk + b);

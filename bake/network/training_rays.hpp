@@ -1,5 +1,4 @@
-// Training rays: drawn only where the walk leaves the answer open, and kept as the integers the network will
-// see.
+// Training rays: only those that a traversal leaves open, stored as the integers that the network reads.
 #pragma once
 
 #include <atomic>
@@ -16,7 +15,7 @@ namespace nif::bake {
 class SurfaceCells {
  public:
   explicit SurfaceCells(const kernels::SegmentField& field);
-  /// Number of the surface voxel, or kNone where the voxel is none.
+  /// Number of the surface voxel, or kNone if the voxel is none.
   uint32_t cell_of(const uint16_t voxel[3]) const;
   static constexpr uint32_t kNone = 0xffffffffu;
 
@@ -32,7 +31,7 @@ class SurfaceCells {
   std::vector<uint32_t> first_;  // [mixed brick]: number of its first surface voxel
 };
 
-/// Training rays as arrays, `samples` points each, whose voxels are by number in `cells`.
+/// Training rays as arrays, with `samples` points each. `cells` identifies their voxels by number.
 struct TrainingRays {
   uint32_t samples = 0;
   std::vector<uint32_t> cells;        ///< [ray][samples]
@@ -45,9 +44,9 @@ struct TrainingRays {
   void append(TrainingRays&& more);
 };
 
-/// Draws kTrainingChunk open rays for each chunk number from `first_chunk` on, in parallel, the same for
-/// any number of threads. Fewer where the field has few open rays. Stops early, with whatever it
-/// has, once `cancel` is set.
+/// Draws kTrainingChunk open rays for each chunk number from `first_chunk` on, in parallel, the same for any
+/// number of threads. Fewer if the field has few open rays. Stops early, with what it has so far, once
+/// `cancel` is set.
 TrainingRays draw_training_rays(const RaySource& source, const kernels::SegmentField& field,
                                 const SurfaceCells& cells, const OpenFilter& filter, const Mix& mix,
                                 uint64_t seed, uint64_t first_chunk, uint64_t chunks,

@@ -1,5 +1,6 @@
-// Disjoint sets join triangles over edges, and the balance of each edge says whether a component is
-// closed. Open components get a second try, with some triangles turned to face as their neighbours do.
+// Finds closed components. Disjoint sets join triangles over edges, and the balance of each edge tells
+// whether a component is closed. Open components get a second try, with some triangles turned to face as
+// their neighbours do.
 #include "bake/oracle/closure.hpp"
 
 #include <algorithm>
@@ -14,7 +15,7 @@ namespace {
 using mesh::CleanMesh;
 using mesh::Side;
 
-/// By triangle: has it an edge that is not passed as often in one direction as in the other? `turned`, by
+/// By triangle: does it have an edge that is not passed equally often in both directions? `turned`, by
 /// triangle, may be empty. Unites triangles at the same edge.
 std::vector<bool> find_unbalanced(const CleanMesh& surface, const std::vector<bool>& turned,
                                   DisjointSets& components) {
@@ -30,7 +31,7 @@ std::vector<bool> find_unbalanced(const CleanMesh& surface, const std::vector<bo
   return unbalanced;
 }
 
-/// By representative: has the component an unbalanced triangle?
+/// By representative: does the component have an unbalanced triangle?
 std::vector<bool> find_open(const std::vector<bool>& unbalanced, DisjointSets& components) {
   std::vector<bool> open(unbalanced.size());
   for (size_t t = 0; t < open.size(); ++t)
@@ -38,8 +39,8 @@ std::vector<bool> find_open(const std::vector<bool>& unbalanced, DisjointSets& c
   return open;
 }
 
-/// Which triangles of open components to turn for all to face as their neighbours do across edges of two
-/// triangles, as few as possible. None of a piece of surface that has but one side.
+/// Which triangles of open components to turn so that all face as their neighbours do across edges of two
+/// triangles, as few as possible. None in a piece of surface that has only one side.
 std::vector<bool> find_turned(const CleanMesh& surface, DisjointSets& components,
                               const std::vector<bool>& open) {
   // Each triangle twice, as it is (2 t) and turned (2 t + 1): sets are the ways in which pieces can face.
@@ -52,7 +53,7 @@ std::vector<bool> find_turned(const CleanMesh& surface, DisjointSets& components
     ways.unite(a, b + differ);
     ways.unite(a + 1, b + (1 - differ));
   });
-  // A piece's two ways are named by the smaller number, which is even: that of its first triangle as it is.
+  // The smaller number, which is even, names a piece's two ways: that of its first triangle as it is.
   const auto piece = [&](uint32_t t) { return std::min(ways.find(2 * t), ways.find(2 * t + 1)); };
   const auto against = [&](uint32_t t) { return ways.find(2 * t) != piece(t); };
   std::vector<int32_t> majority(count);
@@ -68,7 +69,7 @@ std::vector<bool> find_turned(const CleanMesh& surface, DisjointSets& components
 }  // namespace
 
 ClosedComponents find_closed_components(const CleanMesh& surface) {
-  // Slivers have no area but their edges count: without them a closed surface would look torn.
+  // Slivers have no area, but their edges count: without them a closed surface would look torn.
   const size_t solid = surface.triangles.size(), count = solid + surface.slivers.size();
   DisjointSets sets(count);
   std::vector<bool> turned, open = find_open(find_unbalanced(surface, turned, sets), sets);
@@ -77,7 +78,7 @@ ClosedComponents find_closed_components(const CleanMesh& surface) {
     open = find_open(find_unbalanced(surface, turned, sets), sets);
   }
 
-  // Count, then place: triangles of one component end up together, in the order of the mesh.
+  // First count, then place: triangles of one component end up together, in the order of the mesh.
   constexpr uint32_t kNone = 0xffffffffu;
   std::vector<uint32_t> component(count, kNone);
   ClosedComponents closed;

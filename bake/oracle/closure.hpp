@@ -1,4 +1,4 @@
-// Which parts of a surface are closed, so that they have an inside.
+// Finds which parts of a surface are closed, so that they have an inside.
 #pragma once
 
 #include <cstdint>
@@ -9,18 +9,18 @@
 
 namespace nif::bake {
 
-/// The closed components of a welded surface. A component is a set of triangles connected over edges; it is
-/// closed where every edge is passed as often in one direction as in the other (a closed, consistently
-/// oriented surface, possibly touching or crossing itself), if need be after triangles were turned that face
-/// another way than their neighbours. Such a component gives every point off it an integer winding number,
-/// and a path between points of different winding numbers must cross it.
+/// The closed components of a welded surface. A component is a set of triangles connected over edges. It is
+/// closed if every edge is passed equally often in both directions (a closed, consistently oriented surface,
+/// possibly touching or crossing itself), if necessary after turning triangles that face another way than
+/// their neighbours. Such a component gives every point off it an integer winding number, and a path between
+/// points with different winding numbers must cross it.
 struct ClosedComponents {
-  /// Of closed components only, without slivers, component by component: twice the index among the surface's
-  /// triangles, and 1 more where the triangle is to be turned.
+  /// Only of closed components, without slivers, component by component: twice the index among the surface's
+  /// triangles, plus 1 if the triangle is to be turned.
   std::vector<uint32_t> members;
   std::vector<uint32_t> first;  ///< [components + 1]: where each component starts among the members
   uint32_t open_components = 0;
-  uint64_t turned = 0;  ///< triangles, slivers too, turned for a component to be closed
+  uint64_t turned = 0;  ///< triangles, including slivers, turned to close a component
 
   size_t count() const { return first.size() - 1; }
   /// The member as a triangle of the surface that this was found in.
@@ -31,7 +31,7 @@ struct ClosedComponents {
   }
 };
 
-/// `surface` has fewer than 2^31 triangles, as the limits of mesh::read() see to.
+/// `surface` must have fewer than 2^31 triangles, which the limits of mesh::read() guarantee.
 ClosedComponents find_closed_components(const mesh::CleanMesh& surface);
 
 }  // namespace nif::bake

@@ -1,5 +1,5 @@
-// Knows how each call wants its rays laid out. That is apart from asking, so that a measurement can time
-// Embree alone. Threads that ask flush denormals, as Embree wants it.
+// Lays out rays for each call of Embree. That is separate from asking, so that a measurement can time Embree
+// alone. The asking threads flush denormals, as Embree recommends.
 #include "bake/oracle/embree_baseline.hpp"
 
 #include <embree3/rtcore.h>
@@ -25,10 +25,10 @@ constexpr size_t kRayComponents = sizeof(RTCRay) / sizeof(float),
                  kRayHitComponents = sizeof(RTCRayHit) / sizeof(float);
 static_assert(sizeof(RTCRayHit16) == 16 * sizeof(RTCRayHit), "packets have no gaps");
 
-/// What a ray takes, with room for its hit where the call finds one.
+/// Floats of a ray, including room for its hit if the call finds one.
 size_t components_of(EmbreeCall call) { return finds_first_hits(call) ? kRayHitComponents : kRayComponents; }
 
-/// Rays whose components lie side by side: a packet's width, or a whole chunk.
+/// Rays whose components are stored side by side: a packet's width, or a whole chunk.
 size_t width_of(EmbreeCall call) {
   switch (call) {
     case EmbreeCall::occluded1:
@@ -67,10 +67,10 @@ class FlushDenormals {
 #endif
 };
 
-/// Fills up the last packets: it has no points, which costs nothing.
+/// Fills up the last packets: it contains no points, so it costs nothing.
 constexpr Segment kNone{{0, 0, 0}, {1, 0, 0}, 0, -1};
 
-/// A ray among `width` whose components lie side by side.
+/// A ray among `width` rays whose components are stored side by side.
 void put(float* first, size_t width, const Segment& segment, float tmin, float tmax) {
   const auto component = [&](size_t c) -> float& { return first[c * width]; };
   for (size_t a = 0; a < 3; ++a) {
@@ -88,7 +88,7 @@ void put(float* first, size_t width, const Segment& segment, float tmin, float t
 constexpr size_t kPrimitive = offsetof(RTCRayHit, hit.primID) / sizeof(float),
                  kGeometry = offsetof(RTCRayHit, hit.geomID) / sizeof(float);
 
-/// All of it is written, so that Embree finds it in the caches as it finds the ray.
+/// Writes all of it, so that Embree finds it in the caches like the ray.
 void put_no_hit(float* first, size_t width) {
   for (size_t c = kRayComponents; c < kRayHitComponents; ++c) {
     const uint32_t value = c >= kPrimitive ? RTC_INVALID_GEOMETRY_ID : 0;

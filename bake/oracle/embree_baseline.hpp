@@ -1,5 +1,5 @@
-// The baseline to beat: the calls that Embree offers for occlusion and for first hits, on rays laid out as
-// each call wants them.
+// The baseline to beat: Embree's calls for occlusion and for first hits, on rays in the layout that each call
+// needs.
 #pragma once
 
 #include <array>
@@ -34,7 +34,7 @@ inline constexpr std::array kEmbreeCalls{
 
 /// False: it only says whether there is a hit.
 constexpr bool finds_first_hits(EmbreeCall call) { return call >= EmbreeCall::intersect1; }
-/// Rays are asked one by one, so that it is nothing to it whether they are coherent.
+/// Takes rays one by one, so that their coherence does not matter to it.
 constexpr bool takes_single_rays(EmbreeCall call) {
   return call == EmbreeCall::occluded1 || call == EmbreeCall::intersect1;
 }
@@ -45,21 +45,21 @@ std::string_view name_of(EmbreeCall call);
 /// Rays that a thread takes at a time, and the length of a stream.
 inline constexpr size_t kRayChunk = 1024;
 
-/// Rays on their way through one of Embree's calls, which overwrites them with its answers.
+/// Rays for one of Embree's calls, which overwrites them with its answers.
 class EmbreeRays {
  public:
-  /// Room for `count` rays of any call.
+  /// Room for `count` rays for any call.
   explicit EmbreeRays(size_t count);
 
-  /// Lays the rays out for a call, in parallel. At most `count` of them.
+  /// Lays out the rays, at most `count`, for a call, in parallel.
   void lay_out(std::span<const Segment> segments, EmbreeCall call);
-  /// Asks all of them, on the threads of the calling task arena. `coherent`: the hint of that name.
+  /// Asks about all of them, on the threads of the calling task arena. `coherent`: the hint of that name.
   void ask(const EmbreeScene& scene, bool coherent);
-  /// How many rays are blocked, or hit something, where the labels say otherwise, after ask().
+  /// After ask(): how many rays are blocked, or hit something, although the ground truth says otherwise.
   size_t wrong(std::span<const uint8_t> visible) const;
 
  private:
-  /// The first component of a ray; the others follow at the distance of the call's width.
+  /// The first component of a ray; the others follow, the call's width apart.
   float* place(size_t ray) const;
 
   struct Free {
@@ -70,7 +70,7 @@ class EmbreeRays {
   EmbreeCall call_ = EmbreeCall::occluded1;
 };
 
-/// Asks by a call for occlusion about parts of some rays, on the threads of the calling task arena: segment
+/// Asks with a call for occlusion about parts of some rays, on the threads of the calling task arena: segment
 /// rays[k] from tmin[k] to tmax[k]. visible[rays[k]] becomes 1 or 0.
 void ask_parts(const EmbreeScene& scene, EmbreeCall call, std::span<const Segment> segments,
                std::span<const uint32_t> rays, const float* tmin, const float* tmax, uint8_t* visible);

@@ -1,5 +1,6 @@
-// A trap: Embree's BVH may differ with the number of threads, so the first build takes one thread, and
-// bakes repeat. Callbacks of Embree's device collect its error messages and count its bytes.
+// Holds meshes in Embree. Beware: Embree's BVH may differ with the number of threads, so the first build
+// takes one thread to make bakes repeatable. Callbacks of Embree's device collect its error messages and
+// count its bytes.
 #include "bake/oracle/embree_scene.hpp"
 
 #include <embree3/rtcore.h>

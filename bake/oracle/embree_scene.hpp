@@ -1,5 +1,5 @@
-// A triangle mesh, or instances of several, in an Embree scene: what the ray oracle and the baseline to beat
-// share.
+// A triangle mesh, or instances of several, in an Embree scene. The ground truth and the baseline to beat
+// share it.
 #pragma once
 
 #include <atomic>
@@ -16,15 +16,15 @@ struct RTCSceneTy;
 
 namespace nif::bake {
 
-/// How Embree builds its BVH: `robust` is what labels rays, the others are what renderers use. `high` is the
-/// standard form with spatial splits, slower to build.
+/// How Embree builds its BVH: `robust` is what ground truth uses, the others are what renderers use. `high`
+/// is the standard form with spatial splits, slower to build.
 enum class EmbreeBuild { robust, standard, compact, high };
 
-/// Of the library that is loaded, "3.13.5".
+/// Version of the loaded library, "3.13.5".
 std::string embree_version();
 
-/// Where rtcNewDevice() has made none: throws std::bad_alloc, or Error(internal) where it is not for want of
-/// memory.
+/// Call it if rtcNewDevice() made none: throws std::bad_alloc, or Error(internal) if memory was not the
+/// cause.
 [[noreturn]] void throw_no_device();
 
 /// An object in its place.
@@ -39,13 +39,13 @@ struct EmbreeObject {
   std::span<const mesh::Triangle> triangles;
 };
 
-/// Any number of threads may ask it, while none changes it.
+/// Any number of threads may query it while none changes it.
 class EmbreeScene {
  public:
   /// Copies what it needs. Throws Error(out_of_memory) or Error(internal) with Embree's own message.
   EmbreeScene(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles,
               EmbreeBuild build);
-  /// Instances: each object gets a scene, and all instances together one above them. `build` counts for all
+  /// Instances: each object gets a scene, and one scene above them has all instances. `build` applies to all
   /// of these scenes.
   EmbreeScene(std::span<const EmbreeObject> objects, std::span<const Placed> instances, EmbreeBuild build);
   EmbreeScene(const EmbreeScene&) = delete;
@@ -53,13 +53,13 @@ class EmbreeScene {
 
   RTCSceneTy* handle() const { return scene_.get(); }
 
-  /// Gives an instance another transform, which counts after commit().
+  /// Gives an instance another transform, which takes effect with commit().
   void move(uint32_t instance, const mesh::Transform& transform);
-  /// Builds the hierarchy over the instances anew, on the threads of the calling task arena.
+  /// Rebuilds the hierarchy over the instances, on the threads of the calling task arena.
   void commit();
 
-  /// Bytes that Embree holds for the scene, by its own memory monitor: BVH and copied vertices and indices
-  /// apart.
+  /// Bytes that Embree holds for the scene, by its own memory monitor: the BVH, and copied vertices and
+  /// indices, separately.
   struct Memory {
     int64_t bvh;
     int64_t buffers;
@@ -82,9 +82,9 @@ class EmbreeScene {
   std::atomic<int64_t> bytes_{0};
   int64_t buffers_ = 0;
   std::string error_;
-  // Last, so that they go first: on its way out Embree still reports what it frees.
+  // Embree's handles come last, so that they are destroyed first: Embree still reports what it frees.
   std::unique_ptr<RTCDeviceTy, Release> device_;
-  std::vector<ScenePointer> objects_;  ///< that instances place
+  std::vector<ScenePointer> objects_;  ///< the objects of the instances
   ScenePointer scene_;
 };
 

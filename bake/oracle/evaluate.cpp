@@ -1,5 +1,5 @@
-// Counts chunks of rays in parallel and adds them up in order, so that sums repeat. Whether a label is
-// in doubt is slow to find out, so that is asked only where a certain answer is wrong.
+// Counts errors. Chunks of rays are counted in parallel and added up in order, so that sums repeat. It is
+// slow to find out whether a ground truth is in doubt, so that is asked only if a certain answer is wrong.
 #include "bake/oracle/evaluate.hpp"
 
 #include <tbb/parallel_for.h>

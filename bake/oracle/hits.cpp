@@ -1,5 +1,5 @@
-// Compares hits ray by ray. Before bounds are called wrong, rays a millionth beside this one are asked,
-// too, because rounding may decide where a ray meets the surface.
+// Compares hits ray by ray. Before bounds are called wrong, rays a millionth beside this one are tested, too,
+// because rounding may decide where a ray meets the surface.
 #include "bake/oracle/hits.hpp"
 
 #include <tbb/parallel_for.h>
@@ -22,7 +22,7 @@ double degrees_between(const Double3& normal, const Double3& triangle, const Dou
   return std::atan2(length(cross(normal, truth)), dot(normal, truth)) * 180 / std::numbers::pi;
 }
 
-/// Compares one ray after the other and adds up what is found.
+/// Compares one ray after the other and sums up the results.
 class HitComparison {
  public:
   HitComparison(const FirstHits& ours, const Oracle& oracle, const ObjectScale& scale,
@@ -45,9 +45,9 @@ class HitComparison {
   HitAccuracy& sums() { return sums_; }
 
  private:
-  /// Also of rays whose hit is not certain: one of their bounds may be proven. Where the bounds do not hold
-  /// for the ray itself, but rays a millionth beside it are met within them, or before and after, then
-  /// rounding decides where the ray is met.
+  /// Also for rays whose hit is not certain: one of their bounds may be proven. If the bounds do not hold for
+  /// the ray itself, but rays a millionth beside it have hits within them, or both before and after, then
+  /// rounding decides where the hit is.
   bool bounds_hold(const Segment& segment, const std::optional<Oracle::Hit>& truth, size_t i,
                    double tolerance) const {
     const auto place = [](const std::optional<Oracle::Hit>& hit) { return hit ? double(hit->t) : kInfinity; };
@@ -80,7 +80,7 @@ class HitComparison {
     sums_.misnamed += !is_named_well(point, i);
   }
 
-  /// Whether the named triangle of the source mesh has the hit where u and v say.
+  /// Whether u and v place the hit correctly on the named triangle of the source mesh.
   bool is_named_well(const Double3& point, size_t i) const {
     if (ours_.triangle[i] >= source_->mesh.triangles.size()) return false;
     const mesh::Triangle& corners = source_->mesh.triangles[ours_.triangle[i]];

@@ -1,5 +1,5 @@
-// Asks Embree ray by ray. Meshes of extreme size are first scaled by a power of two, which is exact. A
-// point is inside where a ray from it passes more surfaces from one side than from the other.
+// Asks Embree ray by ray. Meshes of extreme size are first scaled by a power of two, which is exact. A point
+// is inside if a ray from it passes more surfaces from one side than from the other.
 #include "bake/oracle/oracle.hpp"
 
 #include <embree3/rtcore.h>
@@ -17,7 +17,7 @@ constexpr float kMostOfEmbree = 1.8e18f;
 
 float largest(const float (&v)[3]) { return std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])}); }
 
-/// A segment as Embree is asked about it.
+/// A segment in the form that Embree is asked about.
 struct Question {
   RTCRay ray{};
   int shift = 0;  ///< the segment's t is the ray's times 2^shift
@@ -50,7 +50,7 @@ double reach_of(std::span<const mesh::Float3> positions, std::span<const mesh::T
   return reach;
 }
 
-/// 0 where Embree computes well with the mesh as it is.
+/// 0 if Embree computes accurately with the mesh as it is.
 int exponent_for(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles) {
   constexpr double kSmall = 1e-6, kLarge = 1e9;
   const double reach = reach_of(positions, triangles);
@@ -119,7 +119,7 @@ std::array<Segment, 10> Oracle::beside(const Segment& segment) const {
     const Double3 moved = origin + across * std::cos(angle) + other * std::sin(angle);
     for (size_t a = 0; a < 3; ++a) all[turn].origin[a] = static_cast<float>(moved[a]);
   }
-  // Embree takes no negative t, so the longer one starts from farther back.
+  // Embree accepts no negative t, so the longer one starts farther back.
   Segment &shorter = all[8], &longer = all[9];
   for (size_t a = 0; a < 3; ++a) longer.origin[a] = static_cast<float>(origin[a] - along * direction[a]);
   longer.tmax += static_cast<float>(2 * along);
@@ -160,7 +160,7 @@ InsideTest::InsideTest(const mesh::CleanMesh& surface, const ClosedComponents& c
 }
 
 InsideTest::InsideTest(std::span<const EmbreeObject> objects, std::span<const Placed> instances) {
-  // Embree has no scenes without triangles.
+  // Embree does not accept scenes without triangles.
   std::vector<EmbreeObject> kept;
   std::vector<uint32_t> number(objects.size());
   for (size_t i = 0; i < objects.size(); ++i) {
@@ -176,7 +176,7 @@ InsideTest::InsideTest(std::span<const EmbreeObject> objects, std::span<const Pl
 
 bool InsideTest::inside(const std::array<float, 3>& point) const {
   if (!oracle_) return false;
-  // Any direction that no model is aligned with. Each hit counts by the side it is met from.
+  // An arbitrary direction, unlikely to be aligned with a model. Each hit counts by the side that is met.
   Segment ray{{point[0], point[1], point[2]}, {0.3625f, 0.5413f, 0.7587f}, 0, kInfinity};
   const Double3 direction{ray.direction[0], ray.direction[1], ray.direction[2]};
   int winding = 0;

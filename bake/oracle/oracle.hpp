@@ -20,31 +20,31 @@ namespace nif::bake {
 
 using kernels::Segment;
 
-/// Answers by Embree's robust traversal, one ray at a time. Any number of threads may ask it. A mesh that is
-/// very small or very large is asked about as one of size 1, by exact powers of two: Embree's products would
-/// underflow, and it ends the process where coordinates are beyond 1.8e18. Nothing is met by such a ray.
+/// Answers by Embree's robust traversal, one ray at a time. Any number of threads may query it. A very small
+/// or very large mesh is scaled to size 1 by exact powers of two: Embree's products would underflow, and it
+/// ends the process if coordinates are beyond 1.8e18. A ray with such coordinates meets nothing.
 class Oracle {
  public:
   /// As the constructors of EmbreeScene.
   Oracle(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles);
   Oracle(std::span<const EmbreeObject> objects, std::span<const Placed> instances);
 
-  /// True where a triangle is met at tmin <= t <= tmax.
+  /// True if a triangle is met at tmin <= t <= tmax.
   bool occluded(const Segment& segment) const;
 
-  /// True where the answer is another one for a segment that is a millionth of the coordinates' size away: it
-  /// passes so close by an edge, or ends so close to a triangle, that rounding decides.
+  /// True if the answer changes for a segment that is a millionth of the coordinates' size away: it passes so
+  /// close to an edge, or ends so close to a triangle, that rounding decides.
   bool in_doubt(const Segment& segment) const;
 
-  /// The segments that in_doubt() asks: to each of eight sides, then one that is shorter at both ends, which
-  /// may have no points, and one that is longer.
+  /// The segments that in_doubt() tests: moved to each of eight sides, then one that is shorter at both ends,
+  /// which may have no points, and one that is longer.
   std::array<Segment, 10> beside(const Segment& segment) const;
 
   struct Hit {
     float t;
     uint32_t triangle;
     Double3 normal;         ///< geometric, by the triangle's winding; not normalised
-    uint32_t instance = 0;  ///< of a scene of instances
+    uint32_t instance = 0;  ///< in a scene of instances
   };
   std::optional<Hit> first_hit(const Segment& segment) const;
 
@@ -59,14 +59,14 @@ class Oracle {
 class InsideTest {
  public:
   InsideTest(const mesh::CleanMesh& surface, const ClosedComponents& closed);
-  /// Of a scene of instances. `objects` consist of their closed components alone and may be empty.
+  /// For a scene of instances. `objects` consist only of their closed components and may be empty.
   InsideTest(std::span<const EmbreeObject> objects, std::span<const Placed> instances);
-  /// True where some winding number along a fixed direction is not zero. A ray that grazes an edge may err,
-  /// which shifts a sampling density by less than one can measure; nothing is proven by this.
+  /// True if some winding number along a fixed direction is not zero. A ray that grazes an edge may err,
+  /// which changes a sampling density by less than can be measured; no proof relies on this.
   bool inside(const std::array<float, 3>& point) const;
 
  private:
-  std::unique_ptr<Oracle> oracle_;  // null where nothing is closed
+  std::unique_ptr<Oracle> oracle_;  // null if nothing is closed
 };
 
 }  // namespace nif::bake

@@ -1,4 +1,4 @@
-// The order of steps for a mesh: clean it, drop slivers that lie on no triangle, find closed parts,
+// Prepares meshes. Steps for a mesh: clean it, drop slivers that lie on no triangle, find closed parts,
 // bounds and bias. In a scene, equal meshes are prepared once, and each change is noted for the user.
 #include "bake/oracle/prepare.hpp"
 
@@ -33,8 +33,8 @@ std::pair<uint32_t, uint32_t> ends_of(const mesh::CleanMesh& surface, mesh::Tria
   return std::minmax(sliver[0], sliver[2]);
 }
 
-/// Leaves out slivers that do not lie on triangles: on an edge of one, or on another sliver that does. So
-/// those that are left are no more than seams of the surface (docs/encodings/bvh.md, "Slivers").
+/// Drops slivers that do not lie on triangles: on an edge of one, or on another sliver that does. So the
+/// remaining slivers are only seams of the surface (docs/encodings/bvh.md, "Slivers").
 void keep_seams(mesh::CleanMesh& surface) {
   if (surface.slivers.empty()) return;
   using Edge = std::pair<uint32_t, uint32_t>;
@@ -48,7 +48,7 @@ void keep_seams(mesh::CleanMesh& surface) {
     for (size_t k = 0; k < 3; ++k) {
       const Edge edge = std::minmax(triangle[k], triangle[(k + 1) % 3]);
       auto at = std::ranges::lower_bound(by_ends, edge, {}, [](const auto& known) { return known.first; });
-      // Those of an edge are found together.
+      // Those of an edge are consecutive.
       for (; at != by_ends.end() && at->first == edge && !kept[at->second]; ++at) {
         kept[at->second] = true;
         found.push_back(at->second);
@@ -101,8 +101,8 @@ void refuse_losses(std::span<const mesh::Note> notes) {
   if (!losses.empty()) refuse(losses.front(), losses.size() - 1);
 }
 
-/// What was changed in a mesh, after its name; empty where nothing was. Positions that were welded are where
-/// they were, so that is no change.
+/// What was changed in a mesh, after its name; empty if nothing was. Welding moves no position, so it does
+/// not count as a change.
 std::string changes_of(const Prepared& prepared) {
   std::vector<std::string> changes;
   const mesh::CleanReport& cleaned = prepared.surface.report;
@@ -134,7 +134,7 @@ PreparedScene prepare(const mesh::Scene& scene, bool strict) {
       if (const std::string changes = changes_of(prepared.objects.back()); !changes.empty())
         prepared.notes.push_back(fmt::format("'{}': {}", mesh.name, changes));
     } catch (const Error& error) {
-      // One mesh of many that is nothing but lines should not cost the others.
+      // One mesh of many that consists only of lines should not make the others fail.
       if (error.status() != Status::all_degenerate) throw;
       const bool last = m + 1 == scene.meshes.size();
       if (last && prepared.objects.empty()) throw;

@@ -1,5 +1,5 @@
-// How each ray set is drawn: lines through the box, points on the surface, pictures of a sun or a
-// camera. Each chunk and each picture has its own random stream, so that threads change nothing.
+// Draws each ray set: lines through the box, points on the surface, pictures of a sun or a camera. Each chunk
+// and each picture has its own random stream, so that threads change nothing.
 #include "bake/oracle/ray_sets.hpp"
 
 #include <tbb/parallel_for.h>
@@ -25,7 +25,7 @@ void frame(const Double3& n, Double3& u, Double3& v) {
   v = {b, sign + n[1] * n[1] * a, -n[1]};
 }
 
-/// A line through the box, isotropic: it enters at a uniform point of the box's surface, cosine-weighted
+/// An isotropic line through the box: it enters at a uniform point of the box's surface, cosine-weighted
 /// about the normal there, which is the uniform measure of lines that meet a convex body. Its origin lies
 /// outside.
 Segment draw_line(const RaySource& source, Random& random) {
@@ -87,8 +87,8 @@ std::optional<Segment> cut(const RaySource& source, std::optional<Segment> ray, 
   return ray;
 }
 
-/// Surface points of a picture in scan order, and one direction towards the sun; points that face away from
-/// it are left out, as a renderer would. Parallel projection, the picture just large enough for the box.
+/// Surface points of a picture in scan order, and one direction towards the sun. Points that face away from
+/// it are left out, as in a renderer. Parallel projection; the picture just covers the box.
 std::vector<Segment> make_sun(const RaySource& source, size_t count, uint64_t seed, size_t number) {
   Random random(seed, uint64_t(RaySet::sun), number);
   // The sun stands behind the viewer, at most 60 degrees off, so that even a flat sheet is lit.
@@ -109,8 +109,8 @@ std::vector<Segment> make_sun(const RaySource& source, size_t count, uint64_t se
   const double width = high[0] - low[0], height = high[1] - low[1];
   if (count == 0 || !(width > 0 && height > 0)) return {};
 
-  // Of a picture's pixels some miss the object and some face away: a second and third one are made as fine as
-  // the last one's yield asks for, within reason.
+  // Some of a picture's pixels miss the object and some face away: a second and third picture are made finer
+  // according to the previous yield, within reason.
   std::vector<Segment> segments;
   double pixels = 2 * double(count) + 256;
   for (int pictures = 0; pictures < 3; ++pictures) {
@@ -137,8 +137,8 @@ std::vector<Segment> make_sun(const RaySource& source, size_t count, uint64_t se
   return segments;
 }
 
-/// What a pinhole camera sees in scan order, through the middles of pixels that are as high as wide. It looks
-/// at the middle of the box, and its picture is just large enough for the box.
+/// What a pinhole camera sees in scan order, through the centres of square pixels. It looks at the middle of
+/// the box, and its picture just covers the box.
 std::vector<Segment> make_camera(const RaySource& source, size_t count, uint64_t seed, size_t number) {
   Random random(seed, uint64_t(RaySet::camera), number);
   const Double3 view = random.direction(),
@@ -211,7 +211,7 @@ std::optional<Segment> draw_ray(const RaySource& source, RaySet set, Random& ran
     case RaySet::inner_volume:
       return draw_from_volume(source, random);
     case RaySet::segments:
-      // An object without free volume has all its segments start on the surface.
+      // If an object has no free volume, all its segments start on the surface.
       if (random.below(2) == 1) {
         if (auto segment = cut(source, draw_from_volume(source, random), random)) return segment;
       }

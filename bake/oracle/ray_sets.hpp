@@ -15,14 +15,14 @@ namespace nif::bake {
 
 /// docs/ray-sets.md defines each.
 enum class RaySet : uint32_t { outer_lines, inner_surface, inner_volume, segments, sun, camera };
-/// Those on which accuracy is always stated.
+/// The sets on which accuracy is always stated.
 inline constexpr std::array kRaySets{RaySet::outer_lines, RaySet::inner_surface, RaySet::inner_volume,
                                      RaySet::segments, RaySet::sun};
-/// And those that one may ask for besides.
+/// These, and the sets that a user may request.
 inline constexpr std::array kAllRaySets{RaySet::outer_lines, RaySet::inner_surface, RaySet::inner_volume,
                                         RaySet::segments,    RaySet::sun,           RaySet::camera};
 
-/// True where a set is pictures in scan order, so that one ray is much like the one before.
+/// True if a set consists of pictures in scan order, so that each ray is similar to the one before.
 constexpr bool is_coherent(RaySet set) { return set == RaySet::sun || set == RaySet::camera; }
 
 std::string_view name_of(RaySet set);
@@ -34,26 +34,25 @@ inline constexpr float kBiasFraction = 1e-3f;
 /// Lengths of `segments` run from this fraction of the AABB's diagonal to all of it.
 inline constexpr double kShortestSegment = 0.01;
 
-/// Everything that drawing a ray needs to know of an object, or of a scene of instances. Immutable while in
-/// use; not owned.
+/// Everything needed to draw rays for an object, or for a scene of instances. Immutable while in use; not
+/// owned.
 struct RaySource {
   const Oracle& oracle;
   const InsideTest& inside;
   mesh::Box box;
   float bias;
-  bool has_volume;                     ///< some of the box lies outside of every solid, see has_free_volume()
+  bool has_volume;                     ///< some of the box lies outside every solid, see has_free_volume()
   std::span<const float> biases = {};  ///< of each instance; empty: `bias` everywhere
 };
 
-/// False where the box is flatter than the bias along an axis, or where 4,096 random points of it all lie
-/// inside.
+/// False if the box is flatter than the bias along an axis, or if 4,096 random points of it all lie inside.
 bool has_free_volume(const InsideTest& inside, const mesh::Box& box, float bias);
 
 /// A segment from single-precision copies of its origin and direction, with tmin = 0.
 Segment make_segment(const Double3& origin, const Double3& direction, float tmax);
 
 /// One random ray of a set (not of coherent ones, which are pictures and not distributions). Directions have
-/// unit length. nullopt where the object does not let itself be hit (or left free) within many tries.
+/// unit length. nullopt if no ray hits the object (or leaves it free) within many tries.
 std::optional<Segment> draw_ray(const RaySource& source, RaySet set, Random& random);
 
 /// Where shadow rays start: off the surface by the bias, on the viewer's side.
@@ -62,7 +61,7 @@ struct SurfacePoint {
   Double3 normal;  ///< unit length, towards the viewer
 };
 
-// The parts of which some sets' rays are made, for those who draw many rays from one start.
+// Building blocks of some sets' rays, for callers that draw many rays from one start.
 std::optional<SurfacePoint> draw_surface_point(const RaySource& source, Random& random);
 Segment draw_from(const SurfacePoint& point, Random& random);
 /// Gives an infinite ray a length as in `segments`.
@@ -75,16 +74,17 @@ inline constexpr size_t kCameras = 4;
 
 struct LabelledRays {
   std::vector<Segment> segments;
-  std::vector<uint8_t> visible;  ///< by the oracle
-  /// Where the rays of each sun or camera end; of sets that are not coherent the end of all, as one group.
+  std::vector<uint8_t> visible;  ///< ground truth
+  /// Where the rays of each sun or camera end; for sets that are not coherent one group, which ends with the
+  /// last ray.
   std::vector<size_t> group_ends;
 };
 
-/// make_ray_set() without labels: `visible` stays empty.
+/// make_ray_set() without ground truth: `visible` stays empty.
 LabelledRays draw_ray_set(const RaySource& source, RaySet set, size_t count, uint64_t seed);
 
-/// The first `count` rays of a set for a seed, in parallel and the same for any number of threads. Fewer,
-/// where the object has no such rays (a set of a flat sheet, say, can be empty).
+/// The first `count` rays of a set for a seed, in parallel and the same for any number of threads. Fewer if
+/// the object has no such rays (a set of a flat sheet, say, can be empty).
 LabelledRays make_ray_set(const RaySource& source, RaySet set, size_t count, uint64_t seed);
 
 }  // namespace nif::bake

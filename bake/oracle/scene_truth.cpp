@@ -1,5 +1,5 @@
-// Builds two Embree scenes from the same instances: one of all triangles, which rays are asked about,
-// and one of closed components alone, which says whether a point is inside.
+// Builds two Embree scenes from the same instances: one of all triangles, which rays are traced in, and one
+// of closed components alone, which tells whether a point is inside.
 #include "bake/oracle/scene_truth.hpp"
 
 #include <algorithm>

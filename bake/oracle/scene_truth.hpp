@@ -10,7 +10,7 @@ namespace nif::bake {
 
 class SceneTruth {
  public:
-  /// There are instances, and none flattens its object. `objects` must outlive the result.
+  /// There must be instances, and none may flatten its object. `objects` must outlive the result.
   SceneTruth(std::span<const Prepared* const> objects, std::span<const Placed> instances);
 
   /// Rays start off the surface of an instance by its object's bias, times the cube root of its scale.
@@ -23,7 +23,7 @@ class SceneTruth {
   RaySource source_;
 };
 
-/// The meshes of objects, for scenes of Embree's.
+/// The meshes of objects, for Embree scenes.
 std::vector<EmbreeObject> embree_objects(std::span<const Prepared* const> objects);
 
 /// Around all instances' boxes.

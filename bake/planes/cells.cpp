@@ -1,4 +1,5 @@
-// Why planes and walls hold: docs/encodings/segment.md.
+// Fits planes to the triangles of each cell, and finds walls and sides. docs/encodings/segment.md proves why
+// they hold.
 #include "bake/planes/cells.hpp"
 
 #include <tbb/parallel_for.h>
@@ -23,14 +24,14 @@ namespace {
 
 using kernels::kSurfacePadding;
 
-/// Cells are grown by so much more than the padding where triangles are clipped and edges are asked for:
-/// above all rounding in double precision of coordinates below 2^11, and below kRoundingRoom.
+/// When triangles are clipped and edges tested, cells grow by this much more than the padding: above all
+/// rounding in double precision of coordinates below 2^11, and below kRoundingRoom.
 constexpr double kClipRoom = 1e-9;
 
-/// Added to heights in double precision for their rounding, and for that of clipping.
+/// Added to heights in double precision for their rounding and that of clipping.
 constexpr double kHeightRoom = 1e-6;
 
-/// How often another path is tried where signs are in doubt.
+/// How often another path is tried if signs are in doubt.
 constexpr uint64_t kMostPaths = 16;
 
 /// A cube of finest cells.
@@ -48,8 +49,8 @@ struct Face {
   bool sliver;
 };
 
-/// Does a part of the edge lie in a cube around the origin? Separating axes; in doubt, yes. The same for
-/// either order of its ends.
+/// Does a part of the edge lie in a cube around the origin? Uses separating axes; if in doubt, yes. The
+/// result is the same for either order of its ends.
 bool edge_overlaps(const Double3& from, const Double3& to, double half) {
   const Double3 middle = (from + to) * 0.5, reach = (to - from) * 0.5;
   const Double3 size{std::abs(reach[0]), std::abs(reach[1]), std::abs(reach[2])};
@@ -63,13 +64,13 @@ bool edge_overlaps(const Double3& from, const Double3& to, double half) {
 
 double largest(const Double3& v) { return std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])}); }
 
-/// The sign of the determinant of three differences of points, or 0 where rounding may decide it, that of the
-/// points' coordinates included: those are below 2^11, and so off by less than 2^-40.
+/// The sign of the determinant of three differences of points, or 0 if rounding may decide it, including that
+/// of the points' coordinates: those are below 2^11, so their error is below 2^-40.
 int certain_sign(const Double3& a, const Double3& b, const Double3& c) {
   const double determinant = dot(a, cross(b, c));
   const double la = largest(a), lb = largest(b), lc = largest(c);
-  // A determinant has 6 products. Each difference is off by less than 1e-12, and what is computed of them by
-  // less than 8 roundings.
+  // A determinant has 6 products. Each difference has an error below 1e-12, and what is computed from them
+  // one of less than 8 roundings.
   const double bound = 1e-11 * (la * lb + lb * lc + lc * la) + 1e-14 * la * lb * lc;
   return determinant > bound ? 1 : determinant < -bound ? -1 : 0;
 }
@@ -90,14 +91,14 @@ Crossing crossing(const Double3& from, const Double3& to, const Double3 (&triang
   return Crossing::once;
 }
 
-/// Fits cells one after the other, with memory that is used again.
+/// Fits cells one after the other, reusing its memory.
 class CellFitter {
  public:
   CellFitter(const Grid& grid, const mesh::CleanMesh& mesh, double thickness)
       : grid_(grid), mesh_(mesh), thickness_(thickness) {}
 
-  /// Adds a voxel's word to words[0], and those of its parts to words[1] and so on, in the order of links
-  /// that lead to them. Links have no first part yet, and planes with a wall the kind that has no sides.
+  /// Adds a voxel's word to words[0], those of its parts to words[1] and so on, in the order of the links
+  /// that lead to them. Links have no first part yet, and planes with a wall have the kind without sides.
   void fit_voxel(const std::array<int32_t, 3>& voxel, std::span<const uint32_t> touching,
                  std::span<std::vector<uint32_t>> words) {
     Cell cell{{}, int32_t(grid_.cells())};
@@ -117,7 +118,7 @@ class CellFitter {
   }
 
  private:
-  /// Writes the word of a cell that lists_[level] touch to words[level][at].
+  /// Writes the word of a cell, which the triangles in lists_[level] touch, to words[level][at].
   void fit(const Cell& cell, size_t level, std::span<std::vector<uint32_t>> words, size_t at) {
     bool cut = false;
     const uint32_t word = planes_of(cell, lists_[level], cell.size > 1, cut);
@@ -146,7 +147,7 @@ class CellFitter {
     }
   }
 
-  /// Puts those of `from` that touch the cell to `list`, if it is given. True where a triangle does.
+  /// Copies those of `from` that touch the cell to `list`, if not null. Returns true if a triangle does.
   bool list_of(const Cell& cell, const std::vector<uint32_t>& from, std::vector<uint32_t>* list) const {
     const Double3 middle = cell.middle();
     const double reach = 0.5 * cell.size + kSurfacePadding + kRoundingRoom;
@@ -164,7 +165,7 @@ class CellFitter {
     return any;
   }
 
-  /// The word of a cell that is not cut. Sets `cut` where it had better be.
+  /// The word of a cell that is not cut. Sets `cut` if it should be.
   uint32_t planes_of(const Cell& cell, std::span<const uint32_t> list, bool may_cut, bool& cut) {
     const Double3 middle = cell.middle();
     const double half = 0.5 * cell.size + kSurfacePadding + kClipRoom;
@@ -177,7 +178,7 @@ class CellFitter {
       polygon.clip(half);
       if (!polygon.corners().empty()) thinnest_.add(polygon.corners(), polygon.normal());
     }
-    // No planes around nothing: they would prove everything.
+    // No planes around an empty set: they would prove everything.
     if (thinnest_.empty()) return kernels::kBareCell;
 
     const Slab slab = thinnest_.find();
@@ -209,11 +210,11 @@ class CellFitter {
     }
   };
 
-  /// Does every path within the padded cell from above `upper` to below `lower` meet a triangle? False where
-  /// that is not found out.
+  /// Does every path within the padded cell from above `upper` to below `lower` meet a triangle? False if
+  /// that could not be shown.
   bool is_wall(const Cell& cell, std::span<const uint32_t> list, const Double3& normal, double lower,
                double upper) {
-    // The ends of paths need room above and below. Of the corner that is highest: the lowest is opposite.
+    // The ends of paths need room above and below. For the highest corner; the lowest is opposite.
     const double reach = 0.5 * cell.size + 0.9 * kSurfacePadding;
     Double3 top;
     for (size_t a = 0; a < 3; ++a) top[a] = std::copysign(reach, normal[a]);
@@ -236,7 +237,7 @@ class CellFitter {
     return false;
   }
 
-  /// A point between `p` and `corner` that is as high as `height`, or `p` where that is farther that way.
+  /// A point between `p` and `corner` at `height`, or `p` if that is beyond the height already.
   static Double3 moved_towards(const Double3& p, const Double3& corner, const Double3& normal,
                                double height) {
     const double from = dot(normal, p), to = dot(normal, corner);
@@ -244,8 +245,8 @@ class CellFitter {
     return p + (corner - p) * share;
   }
 
-  /// Sets of triangles that are connected over edges within the padded cell, and whether each uses every such
-  /// edge an even number of times. Of several triangles on the same three vertices one is taken.
+  /// Finds sets of triangles that are connected over edges within the padded cell, and whether each uses
+  /// every such edge an even number of times. Takes only one of several triangles on the same three vertices.
   void find_sets(std::span<const uint32_t> list, const Double3& middle, double half) {
     wall_faces_.assign(list.begin(), list.end());
     find_doubles();
@@ -287,7 +288,7 @@ class CellFitter {
       if (order_[i].first == order_[i - 1].first) is_double_[order_[i].second] = 1;
   }
 
-  /// Does the path cross one of the sets an odd number of times, for certain? Sets `doubtful` where it may.
+  /// Does the path certainly cross one of the sets an odd number of times? Sets `doubtful` if it may.
   bool crosses(const Double3& from, const Double3& to, const Double3& middle, bool& doubtful) {
     crossed_.assign(qualified_.size(), 0);
     in_doubt_.assign(qualified_.size(), 0);
@@ -327,10 +328,10 @@ class CellFitter {
   std::vector<uint8_t> is_double_;                       // by wall face
 };
 
-/// A surface voxel as the format numbers them.
+/// A surface voxel, numbered as in the format.
 struct SurfaceVoxel {
   std::array<int32_t, 3> at;
-  size_t number;  ///< among those of SurfaceVoxels
+  size_t number;  ///< index in SurfaceVoxels
 };
 
 /// The surface voxels in the order of their records. Sets voxel_base.
@@ -358,7 +359,7 @@ std::vector<SurfaceVoxel> voxels_in_order(const Grid& grid, const SurfaceVoxels&
   return voxels;
 }
 
-/// Fits all voxels. False where that makes more than `most_parts`.
+/// Fits all voxels. Returns false if that makes more than `most_parts`.
 bool fit_all(const Grid& grid, const mesh::CleanMesh& mesh, const SurfaceVoxels& surface,
              std::span<const SurfaceVoxel> voxels, double thickness, size_t most_parts,
              format::PlanesData& data) {
@@ -385,7 +386,7 @@ bool fit_all(const Grid& grid, const mesh::CleanMesh& mesh, const SurfaceVoxels&
   return true;
 }
 
-/// Calls visit(word, number) with each word, the records first.
+/// Calls visit(word, number) for each word, the records first.
 template <class Visit>
 void visit_words(format::PlanesData& data, const Visit& visit) {
   uint32_t number = 0;

@@ -1,4 +1,4 @@
-// What is proven within surface voxels: planes around the triangles of each cell, walls and sides.
+// Finds what can be proven within surface voxels: planes around the triangles of each cell, walls and sides.
 #pragma once
 
 #include <string_view>
@@ -16,16 +16,16 @@ struct CellCounts {
 };
 
 /// Fills voxel_base, voxel_records and parts of `data`, in which store_occupancy() has put the rest of the
-/// grid. A cell is cut where its planes are more than `thickness` finest cells apart, or half of that where
-/// there is no wall; where that makes more than `most_parts`, at twice the thickness, and so on. `thickness`
-/// is above 0; `name` is what messages call the object. Runs on all threads; the result does not depend on
-/// their number.
+/// grid. A cell is cut if its planes are more than `thickness` finest cells apart, or half of that if there
+/// is no wall. If that makes more than `most_parts`, the thickness is doubled, and so on. `thickness` must be
+/// above 0; `name` is what messages call the object. Runs on all threads; the result does not depend on their
+/// number.
 CellCounts fit_cells(const Grid& grid, const mesh::CleanMesh& mesh, const SurfaceVoxels& surface,
                      double thickness, std::string_view name, format::PlanesData& data,
                      size_t most_parts = kernels::kMaxParts);
 
 /// The last step of fit_cells(): finds which sides of planes are outside and inside, and stores that in their
-/// kinds, whose walls it keeps. Throws Error(internal) where planes join what is outside with what is inside.
+/// kinds, whose walls it keeps. Throws Error(internal) if planes join outside with inside.
 CellCounts set_sides(std::string_view name, format::PlanesData& data);
 
 }  // namespace nif::bake

@@ -1,5 +1,5 @@
-// A flood fill finds the regions between surface voxels. Sums of solid angles give the winding number of
-// the enclosed ones, which says inside or outside. Then voxels are stored brick by brick.
+// Classifies voxels. A flood fill finds the regions between surface voxels. Sums of solid angles give the
+// winding number of enclosed regions, which tells inside from outside. Then voxels are stored brick by brick.
 #include "bake/planes/occupancy.hpp"
 
 #include <tbb/parallel_for.h>
@@ -20,11 +20,10 @@ constexpr uint8_t state_byte(VoxelState state) { return static_cast<uint8_t>(sta
 constexpr uint8_t kSurface = state_byte(VoxelState::surface);
 constexpr uint8_t kUnvisited = 255;
 
-/// Triangles whose solid angle may be summed in all, over all enclosed regions; some seconds' work.
+/// Limit of the triangles whose solid angle is summed, over all enclosed regions; some seconds of work.
 constexpr uint64_t kWindingBudget = 400'000'000;
 
-/// Solid angle of a triangle seen from `p` (van Oosterom and Strackee 1983), positive from the side that it
-/// faces away from.
+/// Solid angle of a triangle seen from `p` (van Oosterom and Strackee 1983), positive from its back side.
 double solid_angle(const Double3& p, const Double3& a, const Double3& b, const Double3& c) {
   const Double3 u = a - p, v = b - p, w = c - p;
   const double lu = length(u), lv = length(v), lw = length(w);
@@ -39,7 +38,7 @@ struct Region {
   VoxelState state = VoxelState::unknown;
 };
 
-/// Numbers the connected regions of voxels that are no surface; labels[voxel] is the region.
+/// Numbers the connected regions of voxels without surface; labels[voxel] is the region.
 std::vector<Region> find_regions(const Grid& grid, std::span<const uint8_t> surface,
                                  std::vector<uint32_t>& labels) {
   constexpr uint32_t kNone = 0xffffffffu;
@@ -110,7 +109,7 @@ Occupancy classify(const Grid& grid, const mesh::CleanMesh& mesh, std::vector<ui
       boxes[c].add(mesh.positions, closed.triangle(mesh, t));
   }
 
-  // Large regions first: they answer the most segments, should the budget not reach all.
+  // Large regions first: they answer the most segments, in case the budget does not suffice for all.
   std::vector<uint32_t> order;
   for (uint32_t r = 0; r < regions.size(); ++r) {
     if (regions[r].border) {
@@ -177,7 +176,7 @@ void store_occupancy(const Occupancy& occupancy, std::string_view name, format::
     if (x >= grid.voxels[0] || y >= grid.voxels[1] || z >= grid.voxels[2]) return kUnvisited;
     return occupancy.states[grid.index(x, y, z)];
   };
-  // A corner exists where one of the eight voxels around it is surface.
+  // A corner exists if one of the eight voxels around it is surface.
   auto has_corner = [&](uint32_t x, uint32_t y, uint32_t z) {
     for (uint32_t c = 0; c < 8; ++c) {  // below zero wraps around and is off the grid, too
       if (state_at(x - (c & 1), y - ((c >> 1) & 1), z - (c >> 2)) == kSurface) return true;

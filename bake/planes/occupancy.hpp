@@ -1,4 +1,4 @@
-// The occupancy grid of an object: surface voxels, and what is proven of all others.
+// Makes the occupancy grid of an object: surface voxels, and what is proven about all others.
 #pragma once
 
 #include <string_view>
@@ -11,20 +11,20 @@ namespace nif::bake {
 
 struct Occupancy {
   Grid grid;
-  std::vector<uint8_t> states;  ///< kernels::VoxelState, one byte a voxel, in the order of Grid::index
+  std::vector<uint8_t> states;  ///< kernels::VoxelState, one byte per voxel, in the order of Grid::index
   size_t surface_voxels = 0, inside_voxels = 0, unknown_voxels = 0;
 };
 
-/// Classifies every voxel. Voxels that share a face and are no surface can be joined by a path that meets no
-/// triangle, so each connected region has one state: outside where it reaches the border of the grid; else
-/// inside where it has a non-zero winding number about a closed component, outside where all of them are
-/// zero, and unknown where numbers cannot be trusted or finding out would take too long.
+/// Classifies every voxel. Voxels without surface that share a face can be joined by a path that meets no
+/// triangle, so each connected region has one state: outside if it reaches the border of the grid; else
+/// inside if it has a non-zero winding number about a closed component, outside if all of them are zero, and
+/// unknown if the numbers cannot be trusted or finding out would take too long.
 Occupancy classify(const Grid& grid, const mesh::CleanMesh& mesh, std::vector<uint8_t> surface,
                    const ClosedComponents& closed);
 
-/// Fills the grid and the bricks of `data`. `corners`, where features are to have some: gets those of each
-/// mixed brick that a surface voxel touches, and a brick that has one is mixed. Throws Error(too_large) where
-/// the grid needs more mixed bricks than the format can number; `name` is what the message calls the object.
+/// Fills the grid and the bricks of `data`. `corners`, if features need some: receives the corners of each
+/// mixed brick that a surface voxel touches; a brick with any is mixed. Throws Error(too_large) if the grid
+/// needs more mixed bricks than the format can number; `name` is what the message calls the object.
 void store_occupancy(const Occupancy& occupancy, std::string_view name, format::PlanesData& data,
                      std::vector<uint64_t>* corners = nullptr);
 

@@ -1,4 +1,4 @@
-// A triangle, cut to a cube.
+// Clips a triangle to a cube.
 #pragma once
 
 #include <algorithm>
@@ -26,7 +26,7 @@ class Polygon {
   }
 
   std::span<const Double3> corners() const { return {corners_.data(), count_}; }
-  /// The normal, as long as twice the area.
+  /// The normal; its length is twice the area.
   Double3 normal() const {
     Double3 sum{};
     for (size_t i = 2; i < count_; ++i)

@@ -1,4 +1,4 @@
-// The presets of grids without features, the budgets of all grids, and the steps that make one:
+// Defines the presets of grids without features, the budgets of all grids, and the steps that make one:
 // voxelise, classify, store, fit planes. `segment`, `exact` and `proof` go through these steps.
 #include "bake/planes/shape.hpp"
 
@@ -11,20 +11,20 @@
 namespace nif::bake {
 namespace {
 
-/// With --resolution voxels are cut as often as leaves so many of them, because features are theirs.
+/// With --resolution voxels are cut as often as leaves this many of them, because features need voxels.
 constexpr uint32_t kLeastVoxels = 12;
 
 /// Voxels along an axis that may be cut `levels` times.
 uint32_t most_voxels(uint32_t levels) { return std::min(kernels::kMaxVoxels, kernels::kMaxCells >> levels); }
 
-// docs/results/exact.md has what `balanced` comes to. Without features there is no reason for few voxels, and
-// a walk that follows fewer links is faster (docs/results/cpu-kernels.md, "Planes without a network").
+// docs/results/exact.md shows what `balanced` gives. Without features there is no reason for few voxels, and
+// a traversal that follows fewer links is faster (docs/results/cpu-kernels.md, "Planes without a network").
 constexpr std::pair<Preset, GridShape> kProofShapes[] = {{Preset::fast, {48, 1, 1.5, 110'000}},
                                                          {Preset::balanced, {80, 1, 1.5, 200'000}},
                                                          {Preset::high, {128, 1, 1.0, 450'000}}};
 
-/// Bytes of memory that a grid without features may take: about as much as the BVH of the object, which it is
-/// to stand in front of, but for very small ones.
+/// Memory in bytes that a grid without features may take: about as much as the object's BVH, which it stands
+/// in front of, except for very small ones.
 double most_resident(uint64_t triangles) {
   constexpr double kResidentPerTriangle = 20, kLeast = 300'000;
   return std::max(kResidentPerTriangle * double(triangles), kLeast);
@@ -83,7 +83,7 @@ void add_grid(const GridReport& report, nlohmann::ordered_json& json) {
 LaidOut lay_out_grid(const Prepared& prepared, const GridShape& shape, double scale, bool cut) {
   const mesh::CleanMesh& mesh = prepared.surface;
   const double wanted = double(shape.voxels) * scale;
-  // The coarsest grids are for the fewest bytes: so few voxels are not worth cells of their own.
+  // The coarsest grids are for the fewest bytes: with this few voxels, cells do not pay off.
   constexpr double kVoxelsToCut = 4;
   uint32_t levels = shape.levels;
   while (levels > 0 && !cut && wanted < kVoxelsToCut * (1u << levels)) --levels;

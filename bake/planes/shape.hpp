@@ -1,4 +1,4 @@
-// How fine an object's grid is: what a preset comes to, within a budget of bytes.
+// Decides how fine an object's grid is: what a preset means, within a budget of bytes.
 #pragma once
 
 #include <algorithm>
@@ -16,34 +16,33 @@ namespace nif::bake {
 
 struct BakeOptions;
 
-/// Of which a preset has one.
+/// The grid of a preset.
 struct GridShape {
   uint32_t voxels;   ///< along the longest side
   uint32_t levels;   ///< how often a voxel is cut in two along each axis, at most
-  double thickness;  ///< times the bias: how far apart planes are where a cell is cut
-  uint64_t budget;   ///< bytes of an object, see budget_for()
+  double thickness;  ///< times the bias: distance of planes from which on a cell is cut
+  uint64_t budget;   ///< bytes per object, see budget_for()
 };
 
-/// In place of a budget: grids are as the options say, whatever that takes.
+/// Takes the place of a budget: grids are as the options say, at any size.
 inline constexpr uint64_t kNoBudget = ~uint64_t{0};
 
-/// What `resolution` finest cells along the longest side come to.
+/// Sets the shape for `resolution` finest cells along the longest side.
 void set_resolution(uint32_t resolution, GridShape& shape);
 
 /// Whether a grid can be made at this scale.
 bool has_scale(const GridShape& shape, double scale);
 
-/// What the grid of an object may take, with what is trained in it: half of what a BVH would, but for very
-/// small ones, and no more than the preset says, or so many times as much as the object has the root of
-/// millions of triangles.
+/// Budget of an object's grid, including what is trained in it: half of what a BVH would take, except for
+/// very small objects, and at most the preset's budget times the square root of its millions of triangles, if
+/// more.
 uint64_t budget_for(const GridShape& shape, uint64_t triangles);
 
-/// How much finer the grid of a large object is than the preset says, as far as its budget allows.
+/// How much finer the grid of a large object is than the preset says, within its budget.
 double growth_for(const GridShape& shape, uint64_t triangles);
 
-/// Makes grids until one takes no more than its budgets, where `bounded` says that they count: make(scale)
-/// makes one, and returns how many times a budget it takes. Returns the scale, without the growth of large
-/// objects.
+/// Makes grids until one is within its budgets, if `bounded` says that they count: make(scale) makes one, and
+/// returns its size divided by the budget. Returns the scale, without the growth of large objects.
 template <class Make>
 double fit_budget(const GridShape& shape, double scale, bool bounded, uint64_t triangles, const Make& make) {
   const double growth = growth_for(shape, triangles);
@@ -56,7 +55,7 @@ double fit_budget(const GridShape& shape, double scale, bool bounded, uint64_t t
   }
 }
 
-/// What is reported of a grid.
+/// Figures that are reported about a grid.
 struct GridReport {
   std::array<uint32_t, 3> voxels{};
   size_t surface_voxels = 0, inside_voxels = 0, unknown_voxels = 0;
@@ -72,22 +71,22 @@ struct LaidOut {
   Grid grid;
   SurfaceVoxels surface;  ///< without marks
   Occupancy occupancy;
-  double thickness;  ///< for fit_cells()
+  double thickness;  ///< as for fit_cells()
 };
-/// `cut`: voxels are cut however few there are.
+/// `cut`: cuts voxels even if there are few.
 LaidOut lay_out_grid(const Prepared& prepared, const GridShape& shape, double scale, bool cut);
 
-/// Of an object without features.
+/// For an object without features.
 GridShape proof_shape_for(const BakeOptions& options);
-/// What of the options it depends on.
+/// Adds the options that it depends on.
 void add_shape_options(const BakeOptions& options, nlohmann::ordered_json& json);
 
-/// fit_cells() of what store_occupancy() has stored, and the report.
+/// Calls fit_cells() on what store_occupancy() has stored, and makes the report.
 GridReport fit_planes(const Prepared& prepared, const LaidOut& grid, std::string_view name,
                       format::PlanesData& data);
 
-/// A grid without features within its budgets, as fit_budget(), of a file and of memory: `count` says what it
-/// takes of a file. Returns its scale.
+/// A grid without features within its budgets for a file and for memory, as fit_budget(); `count` returns its
+/// size in a file. Returns its scale.
 double fit_proof(const Prepared& prepared, const GridShape& shape, double scale, bool bounded,
                  const BakeOptions& options, std::string_view name, format::PlanesData& data,
                  GridReport& report, const std::function<uint64_t()>& count);

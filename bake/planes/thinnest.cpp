@@ -1,5 +1,6 @@
-// Starts from the mean normal, the best fit and the largest faces, and climbs over the grid of normals.
-// For speed, a climb looks at a few extreme points, and those found outside of its slab are added.
+// Searches for the thinnest slab. Starts from the mean normal, the best fit and the largest faces, and climbs
+// over the grid of normals. For speed, a climb only looks at a few extreme points; points found outside its
+// slab are added.
 #include "bake/planes/thinnest.hpp"
 
 #include <algorithm>
@@ -22,7 +23,7 @@ Double3 vector_of(uint32_t normal) {
   return {double(n.x), double(n.y), double(n.z)};
 }
 
-/// The normal that is nearest to a direction, of either sign, or nearly so.
+/// The normal nearest to a direction, with either sign, or nearly so.
 uint32_t nearest_normal(Double3 direction) {
   const double sum = std::abs(direction[0]) + std::abs(direction[1]) + std::abs(direction[2]);
   if (!(sum > 0)) return normal_bits(0, 0);
@@ -34,8 +35,8 @@ uint32_t nearest_normal(Double3 direction) {
   return normal_bits(place(x + y), place(x - y));
 }
 
-/// Calls visit with the eight neighbours of a normal. Those of one that lies in the plane z = 0 are also
-/// those of its opposite, which is as good.
+/// Calls visit with the eight neighbours of a normal. If it lies in the plane z = 0, its neighbours include
+/// those of its opposite, which is equivalent.
 template <class Visit>
 void visit_neighbours(uint32_t normal, const Visit& visit) {
   const auto around = [&](int32_t u, int32_t v) {
@@ -49,7 +50,7 @@ void visit_neighbours(uint32_t normal, const Visit& visit) {
   if (std::max(std::abs(u), std::abs(v)) == kNormalHalf) around(-u, -v);
 }
 
-/// The eigenvector of the smallest eigenvalue of a symmetric matrix (xx, yy, zz, xy, yz, zx), by Jacobi's
+/// The eigenvector of the smallest eigenvalue of a symmetric matrix (xx, yy, zz, xy, yz, zx), by Jacobi
 /// rotations.
 Double3 smallest_axis(double (&m)[3][3]) {
   double axes[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
@@ -138,7 +139,7 @@ Slab ThinnestSlab::find() {
       best = {found.normal, thick};
       extent = reached;
     }
-    // What is no thinner among these few points is thicker among all.
+    // A slab that is no thinner among these few points is no thinner among all.
     if (thick <= found.thickness || found.thickness >= best.thickness) break;
     sample_.insert(sample_.end(), {reached.low, reached.high});
     tried = best;
@@ -172,7 +173,7 @@ ThinnestSlab::Extent ThinnestSlab::extent_of(uint32_t normal) const {
   return extent;
 }
 
-/// To a normal none of whose neighbours is thinner among the sample.
+/// Climbs to a normal none of whose neighbours is thinner for the sample.
 ThinnestSlab::Found ThinnestSlab::climb(Found from) const {
   for (bool better = true; better;) {
     better = false;

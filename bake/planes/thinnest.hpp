@@ -1,4 +1,4 @@
-// The thinnest slab around polygons, among the normals that cells can have.
+// Finds the thinnest slab around polygons, among the normals that cells can have.
 #pragma once
 
 #include <cstdint>
@@ -11,19 +11,19 @@ namespace nif::bake {
 
 /// All points p have slab.lowest <= dot(n, p) <= slab.highest, with n = kernels::cell_normal(normal).
 struct Slab {
-  uint32_t normal;  ///< as the normal's bits are in a word, all others 0
+  uint32_t normal;  ///< the bits of the normal as in a word, all others 0
   double lowest, highest;
 };
 
-/// Finds slabs, with memory that is used again. A heuristic: from the normals of what is to be enclosed it
-/// climbs to one of which no neighbour is better.
+/// Finds slabs, reusing its memory. A heuristic: it starts from normals of the enclosed polygons and climbs
+/// to one that no neighbour improves.
 class ThinnestSlab {
  public:
   void clear();
   bool empty() const { return x_.empty(); }
-  /// `normal`, of any sign, is as long as the polygon is large.
+  /// `normal`, with either sign, is proportional to the polygon's area.
   void add(std::span<const Double3> corners, const Double3& normal);
-  /// Not of nothing.
+  /// Requires at least one polygon.
   Slab find();
 
  private:
@@ -43,7 +43,7 @@ class ThinnestSlab {
   Double3 best_fit() const;
 
   std::vector<double> x_, y_, z_;  // corners
-  std::vector<uint32_t> sample_;   // of the corners, those that reach far in some direction
+  std::vector<uint32_t> sample_;   // corners that reach far in some direction
   Double3 sum_{};                  // of normals, turned to the side of the largest so far
   Double3 largest_[3];             // normals of the largest polygons
   double areas_[3] = {};

@@ -1,5 +1,5 @@
-// Tests triangles against boxes by separating axes. It halves ranges of voxels, so that a large triangle
-// does not cost its whole box, and goes over all twice, to count and to write, to save memory.
+// Voxelises triangles. Tests them against boxes by separating axes. It halves ranges of voxels, so that a
+// large triangle does not cost its whole box, and runs twice, to count and to write, to save memory.
 #include "bake/planes/voxelize.hpp"
 
 #include <tbb/parallel_for.h>
@@ -15,7 +15,7 @@
 namespace nif::bake {
 namespace {
 
-/// Clearance of the box from the grid's border, in voxels; above kSurfacePadding plus the walk's rounding.
+/// Clearance of the box from the grid's border, in voxels; above kSurfacePadding plus a traversal's rounding.
 constexpr double kMargin = 1.0 / 32;
 
 }  // namespace
@@ -46,7 +46,7 @@ bool overlaps(const Double3 (&triangle)[3], const Double3& centre, const Double3
 namespace {
 
 struct Range {
-  int low[3], high[3];  // voxels, both ends included
+  int low[3], high[3];  // voxels, both ends inclusive
 };
 
 /// Calls visit(index) with the voxels of `range` that the triangle touches, halving large ranges so that a
@@ -107,7 +107,7 @@ Grid make_grid(const mesh::Box& box, uint32_t resolution, uint32_t levels) {
   grid.levels = levels;
   const Double3 size = to_double(box.max) - to_double(box.min);
   const double longest = std::max({size[0], size[1], size[2]});
-  // The float nearest to what we want may be larger, and origins far from zero are coarse: so ask for a
+  // The float nearest to the wanted value may be larger, and origins far from zero are coarse: so ask for a
   // little less and count the voxels afterwards.
   for (double voxels = resolution - 2 * kMargin;; voxels *= 0.999) {
     grid.voxels_per_unit = static_cast<float>(voxels / longest);
@@ -127,8 +127,8 @@ Grid make_grid(const mesh::Box& box, uint32_t resolution, uint32_t levels) {
 }
 
 SurfaceVoxels voxelize(const Grid& grid, const mesh::CleanMesh& mesh, double padding) {
-  // Which voxel a triangle touches is found twice, once to count and once to write: both take less than
-  // keeping all pairs.
+  // The voxels that a triangle touches are found twice, to count and to write, because storing all pairs
+  // would take more.
   std::vector<uint32_t> counts(grid.count(), 0);
   const auto visit_triangles = [&](const auto& visit) {
     visit_all(grid, padding, mesh.positions, mesh.triangles, 0, visit);
@@ -153,7 +153,7 @@ SurfaceVoxels voxelize(const Grid& grid, const mesh::CleanMesh& mesh, double pad
   surface.first.assign(surface.voxels.size() + 1, 0);
   for (size_t i = 0; i < surface.voxels.size(); ++i) {
     surface.first[i + 1] = surface.first[i] + counts[surface.voxels[i]];
-    counts[surface.voxels[i]] = uint32_t(i);  // from here on: which of the marked ones it is
+    counts[surface.voxels[i]] = uint32_t(i);  // from here on: its index among the marked ones
   }
 
   surface.touching.resize(surface.first.back());

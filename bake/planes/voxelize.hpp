@@ -1,4 +1,4 @@
-// Conservative isotropic voxelisation: which voxels of an object's grid a triangle touches.
+// Conservative isotropic voxelisation: finds the voxels of an object's grid that triangles touch.
 #pragma once
 
 #include <array>
@@ -26,7 +26,7 @@ struct Grid {
   }
   /// Finest cells along an edge of a voxel.
   uint32_t cells() const { return 1u << levels; }
-  /// A point in units of voxels, exact but for two roundings in double precision.
+  /// A point in units of voxels, exact except for two roundings in double precision.
   Double3 to_grid(const std::array<float, 3>& p) const;
   /// The same in finest cells.
   Double3 to_cells(const std::array<float, 3>& p) const { return to_grid(p) * double(cells()); }
@@ -37,8 +37,8 @@ struct Grid {
 /// the surface padding, so that nothing outside the grid can be blocked.
 Grid make_grid(const mesh::Box& box, uint32_t resolution, uint32_t levels = 0);
 
-/// By how much more than the padding boxes are grown, in finest cells, so that rounding in double precision
-/// loses no triangle.
+/// Boxes grow by this much more than the padding, in finest cells, so that rounding in double precision loses
+/// no triangle.
 inline constexpr double kRoundingRoom = 2e-9;
 
 /// Separating-axis test of a triangle against a box (Akenine-Moeller 2001), all 13 axes. Touching counts.
@@ -46,10 +46,10 @@ bool overlaps(const Double3 (&triangle)[3], const Double3& centre, const Double3
 
 /// The voxels that triangles touch, and the triangles that touch them.
 struct SurfaceVoxels {
-  std::vector<uint8_t> marks;    ///< one byte a voxel: 1 where a triangle touches it, else 0
+  std::vector<uint8_t> marks;    ///< one byte per voxel: 1 if a triangle touches it, else 0
   std::vector<uint32_t> voxels;  ///< the marked ones as Grid::index, in ascending order
   std::vector<uint64_t> first;   ///< [voxels + 1]: where the triangles of each start
-  /// Those of each voxel, in ascending order; slivers are numbered on from the triangles.
+  /// The triangles of each voxel, in ascending order; slivers are numbered after the triangles.
   std::vector<uint32_t> touching;
 
   std::span<const uint32_t> touching_voxel(size_t i) const {
@@ -57,8 +57,8 @@ struct SurfaceVoxels {
   }
 };
 
-/// A triangle touches a voxel where it comes within `padding` finest cells of it. Slivers make no surface.
-/// Runs on all threads; the result does not depend on their number.
+/// A triangle touches a voxel if it comes within `padding` finest cells of it. Slivers make no surface. Runs
+/// on all threads; the result does not depend on their number.
 SurfaceVoxels voxelize(const Grid& grid, const mesh::CleanMesh& mesh,
                        double padding = kernels::kSurfacePadding);
 

@@ -1,4 +1,4 @@
-// What is said of `spherical` objects: in the report of a bake, in the metadata, by `nif info`; their bytes
+// Describes `spherical` objects in the report of a bake, in the metadata and for `nif info`: their bytes
 // beside those that the paper states.
 #include "bake/spherical/describe.hpp"
 
@@ -35,7 +35,7 @@ uint64_t bytes_of(const kernels::SphericalNetwork& network) {
 
 /// Bytes by the formulas of the paper, for grids of these resolutions: 4 R^2 for a pair of grids over angles,
 /// and 2 R for the one over the distance, which count one float of half precision for each latent vector,
-/// however many it has; and 28 R^2 for a pair in training.
+/// whatever its length; and 28 R^2 for a pair in training.
 struct PaperBytes {
   uint64_t outer, inner, training_outer, training_inner;
 };
@@ -52,7 +52,7 @@ nlohmann::ordered_json describe(const kernels::SphericalGrid& grid,
           {"layers", network.hidden_layers}, {"network_precision", network.weights.half ? "half" : "single"}};
 }
 
-/// The number that someone wrote down for it: 0.005, not 0.00499999988824.
+/// The decimal number that a user wrote for it: 0.005, not 0.00499999988824.
 double decimal(float value) { return std::stod(fmt::format("{}", value)); }
 
 nlohmann::ordered_json to_json(const SphericalOptions::Outer& field) {

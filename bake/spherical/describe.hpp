@@ -1,4 +1,4 @@
-// What is said of `spherical` fields, and of fields for primary rays, whatever the encoding of their objects.
+// Describes `spherical` fields, and fields for primary rays of objects with any encoding.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -10,10 +10,10 @@
 
 namespace nif::bake {
 
-/// The hyperparameters, all of them.
+/// All hyperparameters.
 nlohmann::ordered_json to_json(const SphericalBakeOptions& options);
 
-/// For `nif info`: as JSON, what it takes of a file more closely, in a few words, and as lines for people.
+/// For `nif info`: as JSON, its bytes in a file in detail, in a few words, and as lines for people.
 void describe(const format::SphericalView& view, nlohmann::ordered_json& json, nlohmann::ordered_json& bytes);
 std::string summary(const format::SphericalView& view);
 std::vector<std::string> details(const format::SphericalView& view);

@@ -1,5 +1,5 @@
-// Trains in rounds: draw rays, label them with Embree, learn, perhaps keep a checkpoint. First comes
-// visibility, for objects that share networks together, then primary rays, for each object alone.
+// Trains in rounds: draws rays, gets their ground truth from Embree, learns, and perhaps stores a checkpoint.
+// First visibility, together for objects that share networks; then primary rays, for each object alone.
 #include "bake/spherical/encoder.hpp"
 
 #include <fmt/format.h>
@@ -20,17 +20,17 @@
 namespace nif::bake {
 namespace {
 
-// The two kinds of rays that the paper's networks are for. Segments that end are left out, because these
-// networks are not told where.
+// The two kinds of rays that the paper's networks are for. Segments with an end are left out, because these
+// networks do not know where they end.
 constexpr Mix kSphericalMix{0.5, 0.35, 0.15, 0.0, 0.0};
 
 constexpr uint64_t kSphericalRaysPerRound = 2'000'000, kLeastSphericalRays = 2'000'000;
 constexpr uint64_t kSphericalPurpose =
-    0x7370686572;  // apart from the ray sets' own streams: never the same rays
+    0x7370686572;  // separate from the ray sets' own streams: never the same rays
 
-/// Draws and labels chunks of rays from the mix, in parallel, the same for any number of threads. Each chunk
-/// is of one lesson's object: `chunks_of` has one entry for each, how many, and counts are from `first_chunk`
-/// on.
+/// Draws chunks of rays from the mix and adds their ground truth, in parallel, the same for any number of
+/// threads. Each chunk belongs to one lesson's object: `chunks_of` has one entry per lesson, the number of
+/// its chunks, counted from `first_chunk` on.
 SphericalRays draw_rays(std::span<const Lesson> lessons, const Mix& mix, uint64_t seed,
                         std::span<const uint64_t> first_chunk, std::span<const uint64_t> chunks_of,
                         const std::atomic<bool>& cancel) {
@@ -66,7 +66,7 @@ SphericalRays draw_rays(std::span<const Lesson> lessons, const Mix& mix, uint64_
   return rays;
 }
 
-/// For 0 .. count - 1, in parallel.
+/// Calls work for 0 .. count - 1, in parallel.
 void in_blocks(size_t count, const std::function<void(size_t)>& work) {
   tbb::parallel_for(tbb::blocked_range<size_t>(0, count, kTrainingChunk), [&](const auto& range) {
     for (size_t i = range.begin(); i < range.end(); ++i) work(i);
@@ -123,10 +123,10 @@ format::Primary blank_primary(const SphericalOptions& options) {
   return primary;
 }
 
-/// Of an object: no machine draws as many.
+/// Per object: no machine draws as many.
 constexpr uint64_t kMostLearned = uint64_t{1} << 48;
 
-/// The rounds of a trainer as a log keeps them, between two of them, with how many rays each object has had.
+/// The rounds of a trainer as a log stores them between two rounds, with the number of rays of each object.
 template <class Trainer>
 class Course {
  public:
@@ -140,7 +140,7 @@ class Course {
     state.end();
     for (const uint64_t rays : learned_) state.require(rays < kMostLearned);
   }
-  /// The first round that is still to be learned from, of so many.
+  /// The first of `rounds` rounds that is still to be learned.
   uint64_t begin(uint64_t rounds) const { return ended_ ? rounds : round_; }
   void keep(uint64_t round) {
     round_ = round;
@@ -184,7 +184,7 @@ class SphericalEncoder final : public Encoder {
   std::string_view smallest() const override { return "these grids and networks"; }
   bool trains_together() const override { return options_.shared_network; }
 
-  /// The size alone: latent vectors are large, so no blank ones are kept.
+  /// Only the size: latent vectors are large, so no blank ones are stored.
   void lay_out(const Prepared&, double, bool, bool first, Form& form) const override {
     format::Object& object = form.object();
     const bool brings_networks = first || !options_.shared_network;
@@ -238,13 +238,13 @@ class SphericalEncoder final : public Encoder {
     return uint64_t(rays * effort_.value_or(1.0));
   }
 
-  /// All but the fields for primary rays. Returns why it failed.
+  /// Trains everything but the fields for primary rays. Returns why it failed.
   std::string train_visibility(const TrainingTask& task) {
     const std::span<const Lesson> lessons = task.lessons;
     std::vector<kernels::SphericalBounds> bounds;
     for (const Lesson& lesson : lessons) bounds.push_back(spherical_bounds(lesson.form.object()));
     SphericalTrainer trainer(std::move(bounds), options_.fields);
-    std::vector<uint64_t> learned(lessons.size());  // rays of each object
+    std::vector<uint64_t> learned(lessons.size());  // rays per object
     Course course(task.log, lessons.front().form.object().name, trainer, learned);
     if (!(options_.given ? learn_given(task, trainer, learned, course)
                          : learn_mix(task, trainer, learned, course)))
@@ -264,7 +264,7 @@ class SphericalEncoder final : public Encoder {
     return {};
   }
 
-  /// A field for primary rays is trained alone, from rays that are labelled by the object alone.
+  /// A field for primary rays is trained alone, from rays whose ground truth involves only the object.
   std::string train_primary(const TrainingTask& task, const Lesson& lesson) {
     format::Object& object = lesson.form.object();
     PrimaryTrainer trainer(spherical_bounds(object), options_.fields);
@@ -286,7 +286,7 @@ class SphericalEncoder final : public Encoder {
     return {};
   }
 
-  /// Those of a round that are for one object, labelled.
+  /// A round's rays for one object, with ground truth.
   PrimaryRays primary_rays(const TrainingTask& task, const Lesson& lesson, uint64_t round) const {
     const MeshRays drawn = options_.given->draw_primary(round);
     stop_if(task.cancel);
@@ -299,14 +299,14 @@ class SphericalEncoder final : public Encoder {
     return rays;
   }
 
-  /// Where in the task something is trained.
+  /// The part of the task that a training covers.
   struct Share {
     double begin, end;
   };
   static constexpr double kPrimaryBegin = 0.65;
   Share visibility_share() const { return {0, with_primary() ? kPrimaryBegin : 1}; }
 
-  /// What training tells of itself, for a round of several.
+  /// Reports progress of a training, for one of several rounds.
   std::function<void(const SphericalProgress&)> reporter(const TrainingTask& task, uint64_t round,
                                                          uint64_t rounds, Share share) {
     const double done = (double(round) + 0.5) / double(rounds);
@@ -316,12 +316,12 @@ class SphericalEncoder final : public Encoder {
     };
   }
 
-  /// False where the loss stays non-finite.
+  /// Returns false if the loss stays non-finite.
   bool learn_mix(const TrainingTask& task, SphericalTrainer& trainer, std::vector<uint64_t>& learned,
                  Course<SphericalTrainer>& course) {
     const size_t count = task.lessons.size();
     uint64_t all = 0;
-    std::vector<uint64_t> chunks;  // of each object, in all rounds
+    std::vector<uint64_t> chunks;  // per object, in all rounds
     for (size_t i = 0; i < count; ++i) {
       const uint64_t rays = rays_for(task.lessons[i].report.triangles);
       chunks.push_back((rays + kTrainingChunk - 1) / kTrainingChunk);
@@ -384,7 +384,7 @@ class SphericalEncoder final : public Encoder {
 }  // namespace
 
 std::unique_ptr<Encoder> SphericalBaking::make(const BakeOptions& options) {
-  // Its networks, as published, have no bias that a threshold could be taken off.
+  // Its networks, as published, have no bias to subtract a threshold from.
   if (options.lean) throw Error(Status::usage, "the answers of spherical objects cannot lean");
   return std::make_unique<SphericalEncoder>(options);
 }

@@ -1,4 +1,4 @@
-// Baking of `spherical` objects, the paper's: grids of latent vectors for each, and networks that they may
+// Bakes `spherical` objects, those of the paper: grids of latent vectors for each, and networks that they may
 // share.
 #pragma once
 
@@ -24,7 +24,7 @@ struct SphericalBaking {
     SphericalBakeOptions spherical;
   };
   struct Report {
-    uint64_t primary_rays = 0;  ///< that a field for primary rays learned from
+    uint64_t primary_rays = 0;  ///< number of rays that a field for primary rays learned from
   };
   static constexpr bool kAutomatic = false;
   static constexpr std::string_view kStandsInFor = "";

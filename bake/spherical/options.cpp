@@ -1,5 +1,5 @@
-// Checks every option before anything is trained: what kernels can compute with, and what fills SIMD
-// lanes. The error names the option that is wrong.
+// Checks every option before training starts: what kernels can compute with, and what fills SIMD lanes. The
+// error names the wrong option.
 #include "bake/spherical/options.hpp"
 
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-// One network learns hit, depth and normal together; the constants weigh them in the loss, with the
+// Trains one network for hit, depth and normal together; the constants weigh them in the loss, with the
 // figures behind each choice. find_margin() keeps shadow rays from starting behind the surface.
 #include "bake/spherical/primary_trainer.hpp"
 
@@ -13,13 +13,14 @@ namespace {
 
 constexpr uint64_t kStream = 0x7072696d617279;
 
-/// Share of hits that the margin leaves before the surface. Trained as in docs/results/paper/primary.sh,
-/// pictures of 4 samples a pixel came to 28.3, 28.9, 29.1 and 28.8 dB with 0.97, 0.98, 0.99 and 0.995: less
-/// starts shadow rays behind the surface, more lets light in where surfaces meet.
+/// Share of hits for which the margin starts other rays before the surface. Trained as in
+/// docs/results/paper/primary.sh, pictures with 4 samples per pixel gave 28.3, 28.9, 29.1 and 28.8 dB with
+/// 0.97, 0.98, 0.99 and 0.995: lower values start shadow rays behind the surface, higher ones let light in
+/// where surfaces meet.
 constexpr double kNotBehind = 0.99;
 
-/// What depth counts in the loss; the normal counts 1. PSNR, share of camera rays that hit by one answer
-/// alone, mean error of depth and of normals, likewise:
+/// Weight of depth in the loss; the normal has 1. By weight, for the same training: PSNR; share of camera rays
+/// for which only the field or only the mesh has a hit; mean error of depth and of normals:
 ///     10: 27.6 dB, 0.086 %, 0.57 % of the diagonal, 4.3 degrees
 ///    100: 29.1 dB, 0.090 %, 0.34 %, 4.5 degrees
 ///   1000: 29.3 dB, 0.128 %, 0.21 %, 5.3 degrees

@@ -1,5 +1,6 @@
-// A step: look latent vectors up, run the network on eight parts of a batch, sum gradients in order,
-// move by Adam. If the loss is not finite, all fields go back to their last save, with half the rate.
+// Trains a field. A step looks up latent vectors, runs the network on eight parts of a batch, sums gradients
+// in order, and updates with Adam. If the loss is not finite, all fields return to their last save, with half
+// the rate.
 #include "bake/spherical/trained_field.hpp"
 
 #include <algorithm>
@@ -13,7 +14,7 @@ namespace nif::bake {
 namespace {
 
 constexpr uint32_t kMostRecoveries = 6;
-/// Of a training: no machine takes as many.
+/// Per training: no machine takes as many.
 constexpr uint64_t kMostSteps = uint64_t{1} << 40;
 
 NetworkShape make_shape(uint32_t inputs, uint32_t width, uint32_t hidden_layers, uint32_t outputs) {
@@ -221,7 +222,7 @@ bool FieldLessons::learn_once(std::span<TrainedField* const> fields, size_t numb
     double loss = 0, error = 0;
     if (!field.step(number, order.data() + first, caution_, loss, error)) {
       if (!recover(fields)) return false;
-      continue;  // the batch that did it is not tried again
+      continue;  // the batch that caused it is not tried again
     }
     const double keep = watched_++ == 0 ? 0 : 0.98;
     loss_ = keep * loss_ + (1 - keep) * loss;

@@ -1,5 +1,5 @@
-// A network over grids of latent vectors in training, and the lessons that one or several of them are given:
-// batches in random order, and the way back where a loss is not finite.
+// Trains a network over grids of latent vectors, in lessons for one or several such fields: batches in random
+// order, with a way back if a loss is not finite.
 #pragma once
 
 #include <tbb/blocked_range.h>
@@ -14,11 +14,11 @@
 
 namespace nif::bake {
 
-/// Parts that a mini-batch's weight gradients are added up in, then summed in order.
+/// A mini-batch's weight gradients are summed in this many parts, then added in order.
 inline constexpr uint32_t kBatchGroups = 8;
 static_assert(kSphericalBatchUnit == kBatchGroups * kTrainLanes);
 
-/// Rays as networks see them, in parallel; `bounds` gives those that segment i is seen in.
+/// Rays as networks read them, in parallel; `bounds` returns the bounds for segment i.
 template <class Bounds>
 std::vector<kernels::SphericalRay> prepare_rays(std::span<const Segment> segments, const Bounds& bounds) {
   std::vector<kernels::SphericalRay> prepared(segments.size());
@@ -34,7 +34,7 @@ class TrainedField {
   struct Shape {
     uint32_t width, hidden_layers, batch;
     /// Of the network. The first is the log-odds of a sample's label; the others are learned as numbers from
-    /// those samples whose label is 1.
+    /// the samples whose label is 1.
     uint32_t outputs = 1;
     std::array<float, kMaxTargets> target_weights{};  ///< of each of the others in the loss
   };
@@ -46,24 +46,24 @@ class TrainedField {
   uint64_t steps() const { return steps_; }
   const std::vector<TrainedGrid>& grids() const { return grids_; }
 
-  /// One more sample that waits to be learned from, with targets of the outputs beyond the first.
+  /// Adds a sample to those waiting to be learned from, with targets for the outputs after the first.
   void add(const FieldSample& sample, std::span<const float> targets = {});
   size_t waiting() const { return waiting_.size(); }
-  /// Lets all samples go but those that do not fill a batch.
+  /// Drops all samples except those that do not fill a batch.
   void keep_remainder();
 
   void save();
   void restore();
-  /// Its state between two lessons; where training has ended, what layers() and grids() say alone.
+  /// Its state between two lessons; if training has ended, only what layers() and grids() return.
   void put(StateWriter& state, bool ended) const;
   void get(StateReader& state, bool ended);
 
-  /// One mini-batch: of the samples that wait, order[0 .. batch). `number` is the field's among those trained
-  /// together; `caution` is a factor on the learning rate. Receives the mean loss, and the share of labels
-  /// missed. False where something was not finite.
+  /// Trains on one mini-batch of the waiting samples, order[0 .. batch). `number` is the field's index among
+  /// those trained together; `caution` is a factor on the learning rate. `loss` and `error` receive the mean
+  /// loss and the share of wrong answers. Returns false if something was not finite.
   bool step(size_t number, const uint32_t* order, double caution, double& loss, double& error);
 
-  /// As they are now, such as half precision holds where the options say so.
+  /// Their current values, exact in half precision if the options say so.
   format::SphericalLayers layers() const;
 
  private:
@@ -72,7 +72,7 @@ class TrainedField {
     double loss = 0;
   };
 
-  /// Moves everything: each grid by one thread, and the weights by another.
+  /// Updates everything: one thread for each grid, and another for the weights.
   bool update(double caution);
 
   const SphericalOptions& options_;
@@ -86,26 +86,26 @@ class TrainedField {
   std::array<Group, kBatchGroups> groups_;
   std::vector<FieldSample> waiting_;
   std::vector<float> waiting_targets_;  // [sample][outputs - 1]
-  // Of the current batch.
+  // For the current batch.
   std::vector<LatentLookup> lookups_[kMaxLatentGrids];
   std::vector<uint8_t> labels_, wrong_;
   Floats targets_, input_gradients_;
 };
 
-/// Lessons of fields that are trained together: where the loss of one becomes non-finite, all go back.
+/// Lessons of fields that are trained together: if one loss becomes non-finite, all go back.
 class FieldLessons {
  public:
-  /// `stream` keeps its random numbers apart from others of the same seed.
+  /// `stream` keeps its random numbers separate from others with the same seed.
   FieldLessons(uint64_t seed, uint64_t stream) : random_(seed, stream, 0) {}
 
   Random& random() { return random_; }
-  /// Between two calls of learn().
+  /// Called between two calls of learn().
   void put(StateWriter& state) const;
   void get(StateReader& state);
   uint32_t recoveries() const { return recoveries_; }
 
-  /// All samples that wait, in random order, `passes` times, each pass field by field. As
-  /// SphericalTrainer::learn() returns, throws and reports.
+  /// Learns from all waiting samples, in random order, `passes` times, each pass field by field. Returns,
+  /// throws and reports like SphericalTrainer::learn().
   bool learn(std::span<TrainedField* const> fields, uint32_t passes,
              const std::function<void(const SphericalProgress&)>& progress, const std::atomic<bool>& cancel);
 
@@ -113,7 +113,7 @@ class FieldLessons {
   bool learn_once(std::span<TrainedField* const> fields, size_t number,
                   const std::function<void(const SphericalProgress&)>& progress,
                   const std::atomic<bool>& cancel);
-  /// Back to where the call began, with half the learning rate. False where that has not helped.
+  /// Returns to the start of the call, with half the learning rate. Returns false if that has not helped.
   bool recover(std::span<TrainedField* const> fields);
 
   Random random_;

@@ -1,5 +1,5 @@
-// An entry holds its latent vector with Adam's two moments behind it. A step gathers the entries that
-// the batch touches, moves them in one SIMD call and puts them back.
+// Trains a grid. An entry stores its latent vector followed by Adam's two moments. A step gathers the entries
+// that the batch touches, updates them in one SIMD call and puts them back.
 #include "bake/spherical/trained_grid.hpp"
 
 namespace nif::bake {
@@ -79,7 +79,7 @@ bool TrainedGrid::update(const AdamStep& step, std::span<const LatentLookup> loo
   }
   const size_t count = gradients_.size();
   for (Floats& part : parts_) part.resize(count);
-  // One loop for all three: a latent vector is too short for copying functions to be worth their call.
+  // One loop for all three: a latent vector is too short for calls of copying functions to pay off.
   for (size_t t = 0; t < touched_.size(); ++t) {
     const float* from = entries_.data() + size_t(touched_[t]) * 3 * features_;
     for (size_t i = t * features_; i < (t + 1) * features_; ++i, ++from) {

@@ -15,19 +15,19 @@ namespace nif::bake {
 
 using Floats = std::vector<float, tbb::cache_aligned_allocator<float>>;
 
-/// One ray as a network sees it.
+/// One ray as a network reads it.
 struct FieldSample {
   kernels::SphericalCoordinates at;
   uint32_t object;
-  uint8_t label;  ///< of the network's first output: 0 or 1
+  uint8_t label;  ///< for the network's first output: 0 or 1
 };
 
-/// Which of a ray's coordinates a grid is over.
+/// The coordinates of a ray that a grid covers.
 enum class GridKind { position, direction, distance };
 
-/// A grid of all objects, with Adam's moments. A batch looks up few of its entries, so only those are moved:
-/// they get slots in small arrays, gradients are added up there in the order of the samples, and the others
-/// rest.
+/// A grid for all objects, with Adam's moments. A batch looks up few of its entries, so only those are
+/// updated: they get slots in small arrays, where gradients are summed in the order of the samples. The
+/// others stay as they are.
 class TrainedGrid {
  public:
   /// Latent vectors start uniform in +-reach.
@@ -41,18 +41,18 @@ class TrainedGrid {
   void save() { saved_ = entries_; }
   void restore() { entries_ = saved_; }
 
-  /// Its state between two steps; where training has ended, without Adam's moments.
+  /// Its state between two steps; without Adam's moments if training has ended.
   void put(StateWriter& state, bool ended) const;
   void get(StateReader& state, bool ended);
 
   LatentLookup look_up(const FieldSample& sample) const;
 
   /// One step of Adam. input_gradients: for each kTrainLanes samples [input][kTrainLanes], this grid's from
-  /// `offset` on. False where an entry moved by something not finite.
+  /// `offset` on. Returns false if a change was not finite.
   bool update(const AdamStep& step, std::span<const LatentLookup> lookups, const float* input_gradients,
               uint32_t inputs, uint32_t offset);
 
-  /// Latent vectors of one object, such as half precision holds where that is asked for.
+  /// Latent vectors of one object, exact in half precision if `half`.
   std::vector<float> values(size_t object, bool half) const;
 
  private:
@@ -65,7 +65,7 @@ class TrainedGrid {
   Floats gradients_, parts_[3];
 };
 
-/// One over positions and one over directions, alike.
+/// One over positions and one over directions, with the same shape.
 std::vector<TrainedGrid> grids_over_angles(uint32_t resolution, uint32_t features, size_t objects,
                                            float reach, Random& random);
 

@@ -1,5 +1,5 @@
-// Sorts rays by where they start, to the outer or the inner network, and gives each network its grids.
-// How they learn is in trained_field.cpp.
+// Assigns rays by their start to the outer or the inner network, and gives each network its grids. They learn
+// in trained_field.cpp.
 #include "bake/spherical/trainer.hpp"
 
 #include <fmt/format.h>

@@ -1,5 +1,5 @@
-// Training of `spherical` fields after Fujieda, Kao and Harada (HPG 2023): latent vectors of one or several
-// objects, and the two networks that they share, from labelled rays of any source.
+// Trains `spherical` fields after Fujieda, Kao and Harada (HPG 2023): latent vectors of one or several
+// objects, and the two networks that they share, from rays of any source with their ground truth.
 #pragma once
 
 #include <atomic>
@@ -16,14 +16,14 @@ namespace nif::bake {
 
 using kernels::Segment;
 
-/// The bounds of an object, as kernels compute with them. Throws Error(too_large) where they cannot.
+/// The bounds of an object, as kernels use them. Throws Error(too_large) if they cannot.
 kernels::SphericalBounds spherical_bounds(const format::Object& object);
 
-/// Labelled rays, each in the space of its object.
+/// Rays with ground truth, each in the space of its object.
 struct SphericalRays {
   std::vector<Segment> segments;
   std::vector<uint8_t> visible;   ///< [segment]: 0 or 1
-  std::vector<uint32_t> objects;  ///< [segment]: index; empty where all are of object 0
+  std::vector<uint32_t> objects;  ///< [segment]: index; empty if all belong to object 0
 };
 
 struct SphericalProgress {
@@ -38,24 +38,24 @@ class SphericalTrainer {
   SphericalTrainer(std::vector<kernels::SphericalBounds> bounds, const SphericalOptions& options);
   ~SphericalTrainer();
 
-  /// Learns from the rays, in random order, `passes` times. Rays that miss their object's AABB are left out;
-  /// those that do not fill a batch wait for the next call. `progress` may be null; it is called from the
-  /// calling thread. False where the loss stays non-finite after several recoveries. Throws
-  /// Error(interrupted) once `cancel` is set.
+  /// Learns from the rays, in random order, `passes` times. Skips rays that miss their object's AABB; rays
+  /// that do not fill a batch wait for the next call. `progress` may be null; it is called from the calling
+  /// thread. Returns false if the loss stays non-finite after several recoveries. Throws Error(interrupted)
+  /// once `cancel` is set.
   [[nodiscard]] bool learn(const SphericalRays& rays, uint32_t passes,
                            const std::function<void(const SphericalProgress&)>& progress,
                            const std::atomic<bool>& cancel);
 
-  uint64_t outer_rays() const;  ///< that have been learned from, each counted once per pass
+  uint64_t outer_rays() const;  ///< number of rays learned from, each counted once per pass
   uint64_t inner_rays() const;
-  uint32_t recoveries() const;  ///< times that a non-finite loss was met and training went back
+  uint32_t recoveries() const;  ///< how often a non-finite loss made training go back
 
-  /// Everything that learn() depends on; where training has ended, what the others say alone.
+  /// Everything that learn() depends on; if training has ended, only what the other functions return.
   void put(StateWriter& state, bool ended) const;
-  /// Of a trainer for the same objects and options.
+  /// From a trainer for the same objects and options.
   void get(StateReader& state, bool ended);
 
-  /// As they are now, in the precision in which they will be stored.
+  /// Their current state, in the precision in which they will be stored.
   format::SphericalNetworks networks() const;
   format::SphericalGrids grids(size_t object) const;
 

@@ -1,5 +1,5 @@
-// A network with leaky ReLU and no biases, forwards and backwards, by Highway for each target. It also
-// gives the gradients of its inputs, from which the grids of latent vectors learn.
+// A network with leaky ReLU and no biases, forward and backward, with Highway for each target. It also
+// computes the gradients of its inputs, from which the grids of latent vectors learn.
 #include "bake/spherical/trainer_kernels.hpp"
 
 #include <algorithm>
@@ -70,7 +70,7 @@ double sum_losses(SphericalLoss loss, const uint8_t* samples, const float* z, fl
   return sum;
 }
 
-/// The same of the outputs beyond the first: weighted squared differences from targets, [output][ray], of
+/// The same for the outputs after the first: weighted squared differences from targets, [output][ray], for
 /// samples whose label is 1.
 double sum_target_losses(const SphericalModel& model, uint32_t count, const uint8_t* samples,
                          const float* targets, const float* z, float* dz) {
@@ -167,7 +167,7 @@ bool AdamSpherical(const AdamStep& step, size_t count, const float* HWY_RESTRICT
     const V limit = hn::Set(d, step.limit);
     hn::StoreU(hn::Min(hn::Max(hn::Sub(hn::LoadU(d, values + i), change), hn::Neg(limit)), limit), d,
                values + i);
-    return hn::Mul(change, hn::Zero(d));  // NaN where the change was not finite
+    return hn::Mul(change, hn::Zero(d));  // NaN if the change was not finite
   };
   const Wide wide;
   const hn::FixedTag<float, 1> single;

@@ -1,4 +1,4 @@
-// Embree's builder decides the tree, on one thread, so that the bytes do not vary; the boxes that it
+// Builds the tree with Embree's builder, on one thread, so that the bytes do not vary; the boxes that it
 // computes are not used. Then order.cpp sorts the children of each node, and formats/nif packs the tree.
 #include "bake/triangles/builder.hpp"
 
@@ -38,8 +38,8 @@ class Topology {
     arguments.maxDepth = kernels::kMaxBvhDepth - 2;
     arguments.minLeafSize = 1;
     arguments.maxLeafSize = kernels::kBvhLeafTriangles;
-    // As if four triangles were tested at the price of one: with 1 here a third more bytes and node visits on
-    // the bunny, whose 16 bytes a triangle are then 24.
+    // Treats four triangles as costing the same as one: with 1 here the bunny takes a third more bytes and
+    // node visits, 24 bytes per triangle instead of 16.
     arguments.sahBlockSize = kernels::kBvhLeafTriangles;
     arguments.bvh = bvh_;
     arguments.primitives = primitives.data();
@@ -59,11 +59,11 @@ class Topology {
       auto* leaf = new (rtcThreadLocalAlloc(allocator, sizeof(Branch), alignof(Branch))) Branch;
       leaf->triangle_count = uint32_t(count);
       for (size_t i = 0; i < count; ++i) leaf->triangles[i] = primitive[i].primID;
-      // Embree partitions in place, in no order that anybody has promised.
+      // Embree partitions in place, in an order that is not specified.
       std::sort(leaf->triangles, leaf->triangles + count);
       return leaf;
     };
-    // On one thread, as the oracle: the order of children may depend on threads.
+    // On one thread, like the ground truth: the order of children may depend on threads.
     tbb::task_arena(1).execute([&] { root_ = static_cast<Branch*>(rtcBuildBVH(&arguments)); });
     if (!root_) {
       throw Error(Status::out_of_memory,
@@ -88,7 +88,7 @@ class Topology {
 }  // namespace
 
 bool fits_bvh(std::span<const mesh::Float3> positions) {
-  // A quarter of the limit, because a frame may reach beyond what it frames.
+  // A quarter of the limit, because a frame may reach beyond its contents.
   return std::all_of(positions.begin(), positions.end(), [](const mesh::Float3& p) {
     return std::all_of(p.begin(), p.end(),
                        [](float x) { return std::abs(x) <= kernels::kMaxBvhCoordinate / 4; });

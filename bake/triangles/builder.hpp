@@ -9,13 +9,13 @@
 
 namespace nif::bake {
 
-/// False where coordinates are too large for the encoding to compute with.
+/// False if coordinates are too large for the encoding to compute with.
 bool fits_bvh(std::span<const mesh::Float3> positions);
 
-/// Embree's builder decides which triangles belong together; boxes, their quantisation and the order of
-/// everything are ours. The same mesh gives the same bytes, whatever the number of threads. fits_bvh() must
-/// hold. `order`, unless it is null, receives the index of each triangle of the object among `triangles`.
-/// Throws Error(out_of_memory) or Error(internal) with Embree's own message.
+/// Embree's builder decides which triangles belong together; boxes, their quantisation and all orders are
+/// computed here. The same mesh gives the same bytes, whatever the number of threads. fits_bvh() must hold.
+/// `order`, if not null, receives the index of each triangle of the object among `triangles`. Throws
+/// Error(out_of_memory) or Error(internal) with Embree's own message.
 format::TrianglesData build_bvh(std::span<const mesh::Float3> positions,
                                 std::span<const mesh::Triangle> triangles,
                                 std::vector<uint32_t>* order = nullptr);

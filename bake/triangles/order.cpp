@@ -1,5 +1,6 @@
-// From the leaves up, estimates how likely a line through a box meets a triangle (Cauchy's formula), and
-// what that costs. Leaves stay first; then come inner children that block much at little cost.
+// Orders children. From the leaves up, it estimates how likely a line through a box meets a triangle
+// (Cauchy's formula), and the cost of finding out. Leaves stay first; then come inner children that block
+// much at little cost.
 #include "bake/triangles/order.hpp"
 
 #include <algorithm>
@@ -47,14 +48,14 @@ double area_of(const mesh::Float3& p, const mesh::Float3& q, const mesh::Float3&
   return std::sqrt(x * x + y * y + z * z) / 2;
 }
 
-/// Of the lines that meet a branch's box, all places and directions alike.
+/// For lines that meet a branch's box, with all positions and directions equally likely.
 struct Estimate {
   Box box;
   double blocked = 0;  ///< the share that meets a triangle
-  double cost = 1;     ///< nodes and leaves that they look at, on average
+  double cost = 1;     ///< nodes and leaves that they visit, on average
 };
 
-/// At most 1, also where a box is flat or so small that its surface is 0.
+/// At most 1, even if a box is flat or so small that its surface is 0.
 double share(double part, double whole) { return part < whole ? part / whole : 1; }
 
 class Sorter {

@@ -1,4 +1,4 @@
-// From the view of a loaded file back to an asset that owns its memory. `nif validate` writes that again
+// Turns the view of a loaded file back into an asset that owns its memory. `nif validate` writes that again
 // to see whether the bytes are the same.
 #include "formats/nif/asset.hpp"
 

@@ -19,16 +19,16 @@ struct Object {
   std::array<float, 3> aabb_min{}, aabb_max{};
   float bias = 0;
   uint32_t triangle_count = 0;  ///< triangles of the source mesh, after cleaning
-  // Its parts. There must be an encoding that has these and no others (kernels/reference/encodings.hpp).
+  // Its parts. There must be an encoding with exactly these (kernels/reference/encodings.hpp).
   std::optional<PlanesData> planes;
   std::optional<TrianglesData> triangles;
   std::optional<NetworkData> network;
   std::optional<SphericalData> spherical;
 
-  std::optional<Primary> primary;  ///< whatever its parts
-  /// With triangles; without it, these are known by their place in the object.
+  std::optional<Primary> primary;  ///< with any parts
+  /// Only with triangles; without it, triangles are identified by their index in the object.
   std::optional<SourceTriangles> source_triangles;
-  std::optional<Colors> colors;  ///< with planes
+  std::optional<Colors> colors;  ///< only with planes
 
   Bounds bounds() const { return {aabb_min, aabb_max}; }
 };
@@ -41,18 +41,18 @@ struct Instance {
 };
 
 struct Asset {
-  std::vector<Mlp> mlps;                              ///< which objects with a network share
-  std::vector<SphericalNetworks> spherical_networks;  ///< which `spherical` objects share
+  std::vector<Mlp> mlps;                              ///< shared by objects with a network
+  std::vector<SphericalNetworks> spherical_networks;  ///< shared by `spherical` objects
   std::vector<Object> objects;
-  std::vector<Instance> instances;  ///< none: each object is placed once, unless the asset places nothing
+  std::vector<Instance> instances;  ///< if empty, each object is placed once, unless the asset places nothing
   bool places_nothing = false;      ///< only without instances
   std::string metadata;             ///< JSON
 };
 
-/// The kernels' view of an object; valid while the asset lives and is not changed. The bounds of a
-/// `spherical` object must be such as kernels::set_bounds() takes.
+/// The kernels' view of an object; valid while the asset lives and does not change. kernels::set_bounds()
+/// must accept the bounds of a `spherical` object.
 kernels::AnyField field_of(const Asset& asset, const Object& object);
-/// The same of an object with planes and a network, which has this one.
+/// The same for an object with planes and this network.
 kernels::SegmentField field_of(const Object& object, const Mlp& mlp);
 
 }  // namespace nif::format

@@ -1,4 +1,4 @@
-// Payloads that may be coded: how readers take them, and how writers decide.
+// Payloads that may be coded: how readers take them, and how writers choose.
 #pragma once
 
 #include <cstring>
@@ -11,7 +11,7 @@
 
 namespace nif::format {
 
-/// The next payload, of which a record's `forms` say whether it is coded. `bytes`: uncoded.
+/// The next payload; a record's `forms` say whether it is coded. `bytes`: its uncoded size.
 inline Bytes take_payload(Payloads& payloads, const Payload& payload, bool coded, uint64_t bytes,
                           const char* name, const Place& place) {
   if (coded && payload.bytes >= bytes)
@@ -19,8 +19,8 @@ inline Bytes take_payload(Payloads& payloads, const Payload& payload, bool coded
   return payloads.next(payload, coded ? payload.bytes : bytes, name, place);
 }
 
-/// Where a payload is as a field uses it: in the file, or where it is coded in memory that decode(memory) has
-/// filled. `bytes` is how many it has there.
+/// Where a field reads a payload: in the file, or, if it is coded, in memory that decode(memory) has filled.
+/// `bytes` is its size there.
 template <class Decode>
 const std::byte* usable(Bytes payload, bool coded, uint64_t bytes, const char* name, const Place& place,
                         DecodedPayloads& decoded, PayloadBytes& taken, const Decode& decode) {
@@ -32,15 +32,15 @@ const std::byte* usable(Bytes payload, bool coded, uint64_t bytes, const char* n
   return to;
 }
 
-/// A coded payload; without bytes where it has to be uncoded.
+/// A coded payload; empty if it must stay uncoded.
 using Coded = std::vector<std::byte>;
 
-/// Nothing where it is no smaller than `bytes`.
+/// Empty if it is no smaller than `bytes`.
 inline Coded if_smaller(Coded coded, uint64_t bytes) {
   return coded.size() < bytes ? std::move(coded) : Coded();
 }
 
-/// Whether a decoded array is what was to be coded.
+/// Whether a decoded array equals the original.
 template <class T>
 bool equal(const T* coded, const std::vector<T>& data) {
   return data.empty() || std::memcmp(coded, data.data(), data.size() * sizeof(T)) == 0;

@@ -1,5 +1,5 @@
-// Checks of a .nif file's shell, all in integers: no pointer into the file is formed before its range is
-// known to lie inside.
+// Checks a .nif file's shell, all in integers: no pointer into the file is formed before its range is known
+// to lie inside.
 #include "formats/nif/container.hpp"
 
 #include <algorithm>
@@ -19,7 +19,7 @@ bool starts_with(std::span<const std::byte> bytes, std::string_view text) {
 
 std::string at_byte(uint64_t offset) { return "byte " + std::to_string(offset); }
 
-/// Tells apart the ways in which a file is not ours.
+/// Reports in which way a file is not a .nif file.
 void check_identifier(std::span<const std::byte> start, std::string_view file) {
   if (start.empty()) refuse(Rule::empty_file, file, "");
   const std::string_view ours(reinterpret_cast<const char*>(kIdentifier), sizeof(kIdentifier));

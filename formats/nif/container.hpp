@@ -1,5 +1,5 @@
-// The outer shell of a .nif file: identifier, header, section table, checksums. What the sections hold is
-// read by reader.cpp.
+// The outer shell of a .nif file: identifier, header, section table, checksums. reader.cpp reads the contents
+// of the sections.
 #pragma once
 
 #include <cstddef>
@@ -23,19 +23,19 @@ struct SectionView {
   std::span<const std::byte> bytes;
 };
 
-/// Throws a Refusal: "<file>: <place>: <what>". Without `what`, it is what the rule says.
+/// Throws a Refusal: "<file>: <place>: <what>". Without `what`, the text of the rule is used.
 [[noreturn]] void refuse(Rule rule, std::string_view file, const std::string& place,
                          const std::string& what = {});
 
-/// A section's type as text: "OBJS", or hexadecimal where it is not printable.
+/// A section's type as text: "OBJS", or hexadecimal if it is not printable.
 std::string section_name(uint32_t type);
 
-/// Checks the 64 bytes that a file starts with (fewer where it is shorter) against the file's true length.
-/// A loader calls this before it allocates memory for the rest.
+/// Checks the first 64 bytes of a file (fewer if it is shorter) against the file's true length. A loader
+/// calls this before it allocates memory for the rest.
 Header check_header(std::span<const std::byte> start, uint64_t file_bytes, std::string_view file);
 
 /// Checks identifier, version, lengths, order, padding and all checksums of a whole file. Every byte of it is
-/// then known to be either the header, the table, in exactly one section, or a padding zero.
+/// then known to be in the header, in the table, in exactly one section, or a padding zero.
 std::pmr::vector<SectionView> open_container(std::span<const std::byte> bytes, std::string_view file,
                                              std::pmr::memory_resource* memory);
 

@@ -1,8 +1,8 @@
-// CRC-32C by slicing: eight tables, eight bytes a step. About a byte and a half a cycle, so that checking an
+// CRC-32C by slicing: eight tables, eight bytes per step. About 1.5 bytes per cycle, so that checking an
 // asset costs less than reading it from a disk.
 //
-// WebAssembly takes a byte a step: the other tables would be a twentieth of what a page downloads, and files
-// on the web are small.
+// WebAssembly takes one byte per step: the other tables would be a twentieth of what a page downloads, and
+// files on the web are small.
 #include "formats/nif/crc32c.hpp"
 
 #include <array>

@@ -1,5 +1,5 @@
-// CRC-32C (Castagnoli), the checksum of every part of a .nif file: small code of our own, so that the reader
-// needs no library.
+// CRC-32C (Castagnoli), the checksum of every part of a .nif file. It is implemented here, in little code, so
+// that the reader needs no library.
 #pragma once
 
 #include <cstddef>

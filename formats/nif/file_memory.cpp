@@ -1,5 +1,5 @@
-// The header is checked before memory is taken, so a huge file that is no asset is refused at once. A
-// file that shrinks while it is read is an error, not a crash.
+// Loads a file. The header is checked before memory is allocated, so a huge file that is no asset is refused
+// at once. A file that shrinks while it is read gives an error, not a crash.
 #include "formats/nif/file_memory.hpp"
 
 #include <algorithm>

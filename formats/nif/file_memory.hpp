@@ -1,5 +1,5 @@
 // The bytes of an asset in memory: read from a file, mapped, copied or borrowed, always aligned as the reader
-// and the kernels want it.
+// and the kernels need it.
 #pragma once
 
 #include <cstddef>
@@ -16,15 +16,15 @@ class FileMemory {
  public:
   enum class Mode {
     read,  ///< into memory of our own
-    map,   ///< the system's page cache; the file must not change meanwhile
+    map,   ///< from the system's page cache; the file must not change meanwhile
   };
 
-  /// Opens a file and checks its header before any memory is taken for the rest. The path is UTF-8. Throws
+  /// Opens a file and checks its header before allocating memory for the rest. The path is UTF-8. Throws
   /// nif::Error.
   static FileMemory load(const std::string& path, Mode mode,
                          std::pmr::memory_resource* memory = std::pmr::get_default_resource());
   static FileMemory copy(std::span<const std::byte> bytes, std::pmr::memory_resource* memory);
-  /// Memory of `size` bytes, which fill(span) writes.
+  /// Memory of `size` bytes, filled by fill(span).
   template <class Fill>
   static FileMemory filled(size_t size, std::pmr::memory_resource* memory, const Fill& fill) {
     if (size == 0) return borrow({});
@@ -33,7 +33,7 @@ class FileMemory {
     fill(to);
     return result;
   }
-  /// The caller keeps the bytes where they are, unchanged, for as long as this lives.
+  /// The caller keeps the bytes in place and unchanged for as long as this lives.
   static FileMemory borrow(std::span<const std::byte> bytes);
 
   FileMemory(FileMemory&& other) noexcept

@@ -1,5 +1,5 @@
-// InputFile by POSIX calls. Traps: opening a FIFO would wait for a writer, signals interrupt reads, and
-// a folder opens like a file.
+// InputFile with POSIX calls. Beware: opening a FIFO would wait for a writer, signals interrupt reads, and a
+// folder opens like a file.
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
@@ -18,7 +18,7 @@ namespace {
   throw Error(Status::file_unreadable, path + ": cannot be read: " + why);
 }
 
-/// Its size. Throws where it is no file.
+/// Its size. Throws if it is not a file.
 uint64_t size_of(int fd, const std::string& path) {
   struct stat about;
   if (::fstat(fd, &about) != 0) unreadable(path, std::strerror(errno));
@@ -30,7 +30,7 @@ uint64_t size_of(int fd, const std::string& path) {
 }  // namespace
 
 InputFile::InputFile(const std::string& path) : path_(path) {
-  // Not blocking: opening a FIFO that nobody writes to would wait for ever.
+  // Non-blocking: opening a FIFO that nobody writes to would wait forever.
   const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (fd < 0) {
     if (errno == ENOENT || errno == ENOTDIR)

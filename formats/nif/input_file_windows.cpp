@@ -1,5 +1,5 @@
-// InputFile by calls of Windows. Traps: paths become UTF-16 whatever the code page is, folders must be
-// told from locked files, one read is below 4 GiB, and the system has messages in any language.
+// InputFile with Windows calls. Beware: paths become UTF-16 whatever the code page is, folders must be told
+// apart from locked files, one call reads less than 4 GiB, and system messages are in any language.
 #ifndef NOMINMAX
 #define NOMINMAX
 #endif
@@ -22,7 +22,7 @@ namespace {
   throw Error(Status::file_not_found, path + ": there is no such file");
 }
 
-/// Windows' own sentences are in the language of the machine, in any encoding.
+/// Windows' own messages are in the machine's language, in any encoding.
 std::string reason(DWORD error) {
   switch (error) {
     case ERROR_ACCESS_DENIED:
@@ -35,9 +35,9 @@ std::string reason(DWORD error) {
   }
 }
 
-/// As Windows takes it, whatever the code page of the process.
+/// As Windows takes it, whatever the process's code page.
 std::wstring to_wide(const std::string& path) {
-  constexpr size_t kMost = 1 << 20;  // far more than any path that Windows takes
+  constexpr size_t kMost = 1 << 20;  // far longer than any path that Windows accepts
   if (path.empty() || path.size() > kMost) not_found(path);
   const auto bytes = int(path.size());
   const int count = MultiByteToWideChar(CP_UTF8, MB_ERR_INVALID_CHARS, path.data(), bytes, nullptr, 0);
@@ -48,7 +48,7 @@ std::wstring to_wide(const std::string& path) {
   return wide;
 }
 
-/// Its size. Throws where it is no file.
+/// Its size. Throws if it is not a file.
 uint64_t size_of(HANDLE file, const std::string& path) {
   if (GetFileType(file) != FILE_TYPE_DISK) unreadable(path, "it is not a regular file");
   BY_HANDLE_FILE_INFORMATION about;
@@ -62,8 +62,8 @@ HANDLE handle_of(intptr_t file) { return reinterpret_cast<HANDLE>(file); }
 }  // namespace
 
 InputFile::InputFile(const std::string& path) : path_(path) {
-  // Others may go on writing, replacing and removing the file, as on other systems. Without "backup
-  // semantics" a folder would not be opened, and be told from a file that may not be read.
+  // Others may keep writing, replacing and removing the file, as on other systems. Without "backup semantics"
+  // a folder could not be opened, nor told apart from an unreadable file.
   HANDLE file =
       CreateFileW(to_wide(path).c_str(), GENERIC_READ, FILE_SHARE_READ | FILE_SHARE_WRITE | FILE_SHARE_DELETE,
                   nullptr, OPEN_EXISTING, FILE_ATTRIBUTE_NORMAL | FILE_FLAG_BACKUP_SEMANTICS, nullptr);
@@ -105,7 +105,7 @@ size_t InputFile::read_at(std::byte* to, size_t count, uint64_t offset) const {
 }
 
 std::span<const std::byte> InputFile::map() const {
-  // The view keeps the mapping.
+  // The view keeps the mapping alive.
   HANDLE mapping = CreateFileMappingW(handle_of(handle_), nullptr, PAGE_READONLY, 0, 0, nullptr);
   const void* at = mapping ? MapViewOfFile(mapping, FILE_MAP_READ, 0, 0, 0) : nullptr;
   const DWORD error = GetLastError();

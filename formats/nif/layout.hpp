@@ -1,7 +1,7 @@
-// The bytes of a .nif file that are the same for every encoding, version 2. docs/format.md says why; the two
-// must agree. Records of an encoding lie in its folder (formats/nif/network/part.hpp and so on).
+// The bytes of a .nif file that are the same for every encoding, version 2. docs/format.md explains them; the
+// two must agree. Records of a part are in its folder (formats/nif/network/part.hpp and so on).
 //
-// Little-endian; structures below are stored as they are (all members are naturally aligned, no padding).
+// Little-endian; the structures below are stored as they are (all members are naturally aligned, no padding).
 #pragma once
 
 #include <cstdint>
@@ -9,10 +9,10 @@
 namespace nif::format {
 
 /// As in PNG and KTX2: a byte over 127 exposes a 7-bit transfer, CR LF and LF expose text-mode conversion,
-/// and Ctrl-Z stops a careless `type`. Also tells our files from NetImmerse/Gamebryo's, which start with
-/// plain text.
+/// and Ctrl-Z stops a careless `type`. It also differs from NetImmerse/Gamebryo files, which start with plain
+/// text.
 inline constexpr uint8_t kIdentifier[12] = {0xAB, 'N', 'I', 'F', ' ', '1', '0', 0xBB, '\r', '\n', 0x1A, '\n'};
-/// Version 2 is experimental: it changes without a new number until docs/format.md says that it is frozen.
+/// Version 2 is experimental: it changes without a new number until docs/format.md declares it frozen.
 inline constexpr uint32_t kVersion = 2;
 inline constexpr uint64_t kAlignment = 64;  ///< of every section and of every payload within a section
 inline constexpr uint32_t kMaxSections = 64;
@@ -38,7 +38,7 @@ constexpr uint32_t fourcc(const char (&text)[5]) {
          uint32_t(uint8_t(text[3])) << 24;
 }
 
-/// Sections of every file. The others belong to a part, and are there if and only if an object has that.
+/// Sections of every file. The others belong to a part, and exist exactly if an object has that part.
 enum SectionType : uint32_t {
   kMetadata = fourcc("META"),   ///< JSON, UTF-8; optional
   kObjects = fourcc("OBJS"),    ///< ObjectRecord[]
@@ -61,7 +61,7 @@ struct SectionEntry {  // 32 bytes, sorted by offset
 };
 static_assert(sizeof(SectionEntry) == 32);
 
-/// A payload within a section. Payloads lie in the order of their records, each at the next multiple of
+/// A payload within a section. Payloads are in the order of their records, each at the next multiple of
 /// kAlignment.
 struct Payload {
   uint64_t offset;  ///< from the start of the section
@@ -72,7 +72,7 @@ struct Name {
   uint32_t offset, bytes;  ///< in kNames; bytes without the 0 that follows
 };
 
-/// In place of the number of a part that an object does not have.
+/// Index of a part that an object does not have.
 inline constexpr uint32_t kNoPart = 0xffffffff;
 
 struct ObjectRecord {  // 64 bytes
@@ -95,8 +95,8 @@ struct InstanceRecord {  // 64 bytes
 };
 static_assert(sizeof(InstanceRecord) == 64);
 
-/// Of an instance, before rounding: the sum of the float in its transform and of another float, the
-/// remainder.
+/// An instance's translation before rounding: the sum of the float in its transform and of a second float,
+/// the remainder.
 struct Translation {  // 24 bytes
   double along[3];
 };

@@ -1,4 +1,4 @@
-// What the payloads of a part take: of a file, and of memory where they are coded there.
+// Counts the bytes of a part's payloads: in a file, and in memory if they are coded there.
 #pragma once
 
 #include <cstddef>
@@ -19,31 +19,31 @@ struct PartBytes {
   uint64_t decoded = 0;
 };
 
-/// Where a part has coded payloads, all of its payloads decode to at most so many times what they take of the
-/// file. So the size of a file bounds the memory that it needs.
+/// If a part has coded payloads, all of its payloads together decode to at most this many times their bytes
+/// in the file. So the size of a file bounds the memory that it needs.
 inline constexpr uint64_t kMostExpansion = 16;
 
-/// What a payload takes.
+/// Bytes of a payload.
 struct PayloadBytes {
   uint64_t file = 0;
-  uint64_t decoded = 0;  ///< in memory; 0 where it is used in place
+  uint64_t decoded = 0;  ///< in memory; 0 if it is used in place
 };
 
-/// The memory of payloads that were coded in a file.
+/// Memory of payloads that are coded in a file.
 class DecodedPayloads {
  public:
   explicit DecodedPayloads(std::pmr::memory_resource* memory) : payloads_(memory) {}
-  /// Not copied, because fields point to what is decoded.
+  /// Not copyable, because fields point to decoded data.
   DecodedPayloads(DecodedPayloads&&) = default;
 
-  /// Zeros, a line more than `bytes`, because kernels load more than the last few. They stay where
-  /// they are; `taken` is told how many there are.
+  /// Zeros, one cache line more than `bytes`, because kernels load beyond the end. They do not move; their
+  /// count is added to `taken`.
   std::byte* add(uint64_t bytes, PayloadBytes& taken) {
     const size_t lines = memory_size(aligned(bytes) / kAlignment + 1);
     taken.decoded += uint64_t{lines} * kAlignment;
     return payloads_.emplace_back(lines).front().bytes;
   }
-  /// Without what is decoded.
+  /// Without the decoded data.
   uint64_t view_bytes() const { return payloads_.capacity() * sizeof(payloads_[0]); }
   void drop() { payloads_ = std::pmr::vector<std::pmr::vector<Line>>(payloads_.get_allocator()); }
 

@@ -1,18 +1,18 @@
 // The parts that objects in a .nif file have: this list, and what is built from it. docs/adding-a-part.md
 // shows how to add one.
 //
-// A structure of the list is in formats/nif/<part>/part.hpp and has
-// - kName: of the part, in texts;
-// - kSections: the types of its sections, that of the records first. All are in a file where an object has the
-//   part, and none of them elsewhere; kPayloads: those of them that hold payloads;
-// - Data: of one object, in memory that it owns;
-// - View: of one object, as views into a file: `field`, ready to be queried; parts(), its bytes as an array of
-//   PartBytes; drop_bytes(), for when the file's bytes go;
-// - Reader: made with the sections, the file's name and the AssetView, into which it reads what objects share;
-//   count() of records; read(index, object) makes the View of an object whose parts before this one in the
-//   list are read; finish() comes last. It checks every byte;
-// - Writer: the reverse, made with the sections and the Asset; add(Data, Object);
-// - of(): the member of that part in an ObjectRecord, an Object or an ObjectView.
+// Each structure in the list is in formats/nif/<part>/part.hpp and has
+// - kName: the part's name in texts;
+// - kSections: the types of its sections, that of the records first. If any object has the part, a file has
+//   all of them, else none; kPayloads: those of them that hold payloads;
+// - Data: the part of one object, in memory that it owns;
+// - View: the part of one object, as views into a file: `field`, ready to be queried; parts(), its bytes as
+//   an array of PartBytes; drop_bytes(), called when the file's bytes go;
+// - Reader: made from the sections, the file's name and the AssetView, into which it reads what objects
+//   share; count() of records; read(index, object) makes the View of an object whose parts earlier in the
+//   list have been read; finish() comes last. It checks every byte;
+// - Writer: the reverse, made from the sections and the Asset; add(Data, Object);
+// - of(): the member for that part in an ObjectRecord, an Object or an ObjectView.
 #pragma once
 
 #include <tuple>
@@ -25,7 +25,7 @@
 
 namespace nif::format {
 
-/// T<...> of all parts, in the order in which they are read: a network stands on planes.
+/// T<...> of all parts, in the order in which they are read: a network needs planes first.
 template <template <class...> class T>
 using OfParts = T<PlanesPart, TrianglesPart, NetworkPart, SphericalPart>;
 using Parts = OfParts<std::tuple>;
@@ -36,7 +36,7 @@ constexpr void for_each_part(const Ask& ask) {
   std::apply([&](const auto&... part) { (ask(part), ...); }, Parts());
 }
 
-/// What users call an object with these parts; objects of a file all have a name.
+/// The encoding of an object with these parts; every object in a file has one.
 template <class Object>
 const kernels::EncodingName& encoding_of(const Object& object) {
   return *kernels::encoding_with(object.planes ? true : false, object.triangles ? true : false,

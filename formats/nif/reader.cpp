@@ -1,5 +1,5 @@
-// The content of a .nif file: what is common to all objects is checked here, the rest by the readers of
-// parts.
+// Reads and checks the content of a .nif file: what is common to all objects here, the rest with the readers
+// of parts.
 #include "formats/nif/reader.hpp"
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 namespace nif::format {
 namespace {
 
-/// The reader of a part, and how many objects have it so far.
+/// The reader of a part, and how many objects have the part so far.
 template <class Part>
 struct ReaderOf {
   typename Part::Reader reader;
@@ -60,7 +60,7 @@ class Reader {
   }
 
  private:
-  /// Every section is one that this build knows, or optional.
+  /// Every section must be known to this build, or optional.
   void check_sections() {
     bool found[3] = {};
     constexpr uint32_t kEverywhere[3] = {kObjects, kInstances, kNames};
@@ -150,12 +150,12 @@ class Reader {
         count += Part::of(record) != kNoPart;
       }
       check_presence(Part::kSections, count > 0);
-      // Objects point to these views, which must stay where they are.
+      // Objects point to these views, which must not move.
       std::get<std::pmr::vector<typename Part::View>>(asset_.parts).reserve(count);
     });
   }
 
-  /// A part's sections are all in the file, or none of them.
+  /// A file has all sections of a part, or none.
   void check_presence(std::span<const uint32_t> types, bool expected) const {
     for (const uint32_t type : types) {
       const bool there = std::any_of(asset_.sections.begin(), asset_.sections.end(),
@@ -230,7 +230,7 @@ class Reader {
     }
   }
 
-  /// Each is two floats: the one in the transform, and the remainder. Some remainder is not 0.
+  /// Each is two floats: the one in the transform, and the remainder. Some remainder must not be 0.
   void read_translations() {
     const Records<Translation> records(table()[kTranslations], "TRAN", file_);
     if (records.count() != asset_.instances.size()) refuse(Rule::translation_count, file_, "section TRAN");
@@ -306,7 +306,7 @@ uint64_t AssetView::view_bytes() const {
 
 namespace {
 
-/// The one of an object, of views in the order of their objects.
+/// The view of an object, out of views in the order of their objects.
 template <class View>
 const View* view_of(const std::pmr::vector<View>& views, uint32_t object) {
   const auto at = std::lower_bound(views.begin(), views.end(), object,

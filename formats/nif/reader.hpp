@@ -1,9 +1,9 @@
-// Reads a .nif file in place: checks all of it, then hands out views. Nothing of the payload is copied, and
+// Reads a .nif file in place: checks all of it, then hands out views. No uncoded payload is copied, and
 // nothing here needs more than a C++20 compiler.
 //
 // Safe on untrusted bytes: whatever is accepted can be queried by every kernel without touching memory
-// outside the file and without integer overflow; whatever is not is refused with a nif::Error that names the
-// file and the place. Memory taken is bounded by a small multiple of the file's size.
+// outside the file and without integer overflow; everything else is refused with a nif::Error that names the
+// file and the place. Memory use is bounded by a small multiple of the file's size.
 #pragma once
 
 #include <array>
@@ -25,7 +25,7 @@
 
 namespace nif::format {
 
-/// The file's first byte must lie at a multiple of this, because its 64-bit words are read in place.
+/// The file's first byte must be at a multiple of this, because its 64-bit words are read in place.
 inline constexpr size_t kAddressAlignment = 8;
 
 struct ObjectView {
@@ -33,7 +33,7 @@ struct ObjectView {
   std::array<float, 3> aabb_min{}, aabb_max{};
   float bias = 0;
   uint32_t triangle_count = 0;  ///< of the source mesh, after cleaning
-  // Its parts, in the view; null: it has none.
+  // Its parts, in the view; null if it has none.
   const PlanesView* planes = nullptr;
   const TrianglesView* triangles = nullptr;
   const NetworkView* network = nullptr;
@@ -56,9 +56,9 @@ template <class Field>
 Field ObjectView::as() const {
   return std::get<Field>(field_of(*this));
 }
-/// Its planes, in the view; null where it has none.
+/// Its planes, in the view; null if it has none.
 const kernels::PlanesField* grid_of(const ObjectView& object);
-/// What the object takes of the file and of what is decoded, networks not counted.
+/// Bytes of the object in the file and of its decoded data, without networks.
 uint64_t bytes_of(const ObjectView& object);
 
 struct InstanceView {
@@ -71,7 +71,7 @@ struct InstanceView {
 template <class... Part>
 using PartViews = std::tuple<std::pmr::vector<typename Part::View>...>;
 
-/// Views into the bytes of one file; valid while those stay where they are, unchanged.
+/// Views into the bytes of one file; valid while those stay in place, unchanged.
 struct AssetView {
   explicit AssetView(std::pmr::memory_resource* memory)
       : sections(memory),
@@ -86,39 +86,39 @@ struct AssetView {
         decoded(memory) {}
 
   std::span<const std::byte> bytes;
-  std::string_view metadata;    ///< JSON, not parsed; empty where the file has none
-  bool places_nothing = false;  ///< as the file says; never with instances
+  std::string_view metadata;    ///< JSON, not parsed; empty if the file has none
+  bool places_nothing = false;  ///< as in the file; never with instances
   std::pmr::vector<SectionView> sections;
   std::pmr::vector<ObjectView> objects;
-  std::pmr::vector<MlpView> mlps;                              ///< which objects with a network share
-  std::pmr::vector<SphericalNetworksView> spherical_networks;  ///< which `spherical` objects share
+  std::pmr::vector<MlpView> mlps;                              ///< shared by objects with a network
+  std::pmr::vector<SphericalNetworksView> spherical_networks;  ///< shared by `spherical` objects
   std::pmr::vector<InstanceView> instances;
   std::pmr::vector<PrimaryView> primaries;                 ///< in the order of their objects
   std::pmr::vector<SourceTrianglesView> source_triangles;  ///< likewise
   std::pmr::vector<ColorsView> colors;                     ///< likewise
   OfParts<PartViews> parts;                                ///< of each part, in the order of objects
-  DecodedPayloads decoded;                                 ///< what parts point to where the file is coded
+  DecodedPayloads decoded;                                 ///< what parts point to if the file is coded
 
-  /// How many instances the asset stands for: those of the file; without any each object once, unless it
-  /// places nothing.
+  /// How many instances the asset stands for: those of the file; if it has none, each object once, unless the
+  /// asset places nothing.
   size_t placed_count() const {
     return instances.empty() && !places_nothing ? objects.size() : instances.size();
   }
-  /// What these views take themselves, without the file's bytes and what is decoded of them.
+  /// Bytes of these views themselves, without the file's bytes and decoded data.
   uint64_t view_bytes() const;
-  /// Null where the object has none.
+  /// Null if the object has none.
   const PrimaryView* primary_of(uint32_t object) const;
   const SourceTrianglesView* source_triangles_of(uint32_t object) const;
   const ColorsView* colors_of(uint32_t object) const;
   /// MLPs, then pairs of networks of `spherical` objects.
   uint32_t network_count() const { return uint32_t(mlps.size() + spherical_networks.size()); }
-  /// Which of them the object has; 0 where it has none.
+  /// Index of the object's network among these; 0 if it has none.
   uint32_t network_of(const ObjectView& object) const;
-  /// After this nothing but names and metadata points into the file.
+  /// Afterwards only names and metadata point into the file.
   void drop_bytes();
 };
 
-/// What is told of hits with one of its objects; it points into the view and the file.
+/// What hits with one of its objects report; it points into the view and the file.
 kernels::HitDetails hit_details(const AssetView& asset, uint32_t object);
 
 template <class... Part>
@@ -126,8 +126,8 @@ struct PartCountOf {
   static constexpr size_t kCount =
       (std::tuple_size_v<decltype(std::declval<typename Part::View>().parts())> + ... + 4);
 };
-/// The bytes of all objects together, payload by payload: those of every part, also where no object has it,
-/// then "network", "primary", "source_triangles" and "colors". Without records, names, metadata and padding.
+/// The bytes of all objects together, payload by payload: those of every part, even if no object has it, then
+/// "network", "primary", "source_triangles" and "colors". Without records, names, metadata and padding.
 class FileParts {
  public:
   static constexpr size_t kMost = OfParts<PartCountOf>::kCount;
@@ -150,7 +150,7 @@ class FileParts {
 };
 FileParts bytes_by_part(const AssetView& asset);
 
-/// Checks and reads a whole file. `file_name` is what error messages call it.
+/// Checks and reads a whole file. Error messages call it `file_name`.
 AssetView read_asset(std::span<const std::byte> bytes, std::string_view file_name,
                      std::pmr::memory_resource* memory = std::pmr::get_default_resource());
 

@@ -1,5 +1,5 @@
-// What the readers of a .nif file's sections share: records copied out one at a time, payloads handed out in
-// their order, and refusals that name the place.
+// Shared by the readers of a .nif file's sections: records copied out one at a time, payloads handed out in
+// order, and refusals that name the place.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +19,7 @@ using Bytes = std::span<const std::byte>;
 class SectionTable {
  public:
   explicit SectionTable(std::span<const SectionView> sections) : sections_(sections) {}
-  /// Empty where the file has no such section.
+  /// Empty if the file has no such section.
   Bytes operator[](uint32_t type) const {
     for (const SectionView& section : sections_)
       if (section.type == type) return section.bytes;
@@ -30,12 +30,12 @@ class SectionTable {
   std::span<const SectionView> sections_;
 };
 
-/// The bounds of an object, as its record says.
+/// The bounds of an object, as in its record.
 struct Bounds {
   std::array<float, 3> min{}, max{};
 };
 
-/// One place in the file, for messages; built only where something is wrong.
+/// One place in the file, for messages; built only if something is wrong.
 struct Place {
   std::string_view file;
   const char* section;
@@ -67,7 +67,7 @@ bool all_zero(const T& values) {
   return std::all_of(std::begin(values), std::end(values), [](auto value) { return value == 0; });
 }
 
-/// Hands out the payloads of a section in the order of their records and sees to it that they fill it.
+/// Hands out the payloads of a section in the order of their records, and makes sure that they fill it.
 class Payloads {
  public:
   explicit Payloads(Bytes section) : section_(section) {}
@@ -89,7 +89,7 @@ class Payloads {
     end_ = offset + bytes;
     return section_.subspan(offset, bytes);
   }
-  /// All of the section belongs to payloads.
+  /// Checks that all of the section belongs to payloads.
   void finish(const char* section, std::string_view file) const {
     if (end_ != section_.size()) refuse(Rule::bytes_of_no_record, file, std::string("section ") + section);
   }

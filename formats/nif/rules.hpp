@@ -1,5 +1,5 @@
-// The rules of a .nif file that its reader enforces, each with a number that never changes and is never used
-// again. docs/validation.md lists them; tests/corpus/validate has a file that breaks each.
+// The rules of a .nif file that its reader enforces. Each has a number that never changes and is never
+// reused. docs/validation.md lists them; tests/corpus/validate has a file that breaks each.
 #pragma once
 
 #include <cstdint>
@@ -8,9 +8,9 @@
 
 namespace nif::format {
 
-/// RULE(number, name, status of a file that breaks it, what is wrong then: a clause without an end).
-/// 1xx the shell, 2xx objects, instances and names, 3xx planes, 4xx networks, 5xx triangles, 6xx `spherical`,
-/// 7xx what is optional. The reader may say more precisely what is wrong.
+/// RULE(number, name, status of a file that breaks it, what is wrong then: a clause without punctuation at
+/// the end). 1xx the shell, 2xx objects, instances and names, 3xx planes, 4xx networks, 5xx triangles, 6xx
+/// `spherical`, 7xx what is optional. The reader may describe the error more precisely.
 #define NIF_FORMAT_RULES(RULE)                                                                             \
   RULE(101, empty_file, file_empty, "the file is empty")                                                   \
   RULE(102, foreign_file, foreign_nif,                                                                     \
@@ -191,7 +191,7 @@ class Refusal : public Error {
         place_(std::move(place)),
         what_(std::move(what)) {}
   Rule rule() const { return rule_; }
-  const std::string& place() const { return place_; }  ///< within the file; empty where it is all of it
+  const std::string& place() const { return place_; }  ///< within the file; empty for the whole file
   const std::string& what_is_wrong() const { return what_; }
 
  private:

@@ -1,4 +1,4 @@
-// The sections of a .nif file while it is written, or while only its size is wanted.
+// The sections of a .nif file while it is written, or while only its size is computed.
 #pragma once
 
 #include <cstddef>
@@ -15,10 +15,10 @@
 
 namespace nif::format {
 
-/// The bytes of one section as they grow.
+/// The growing bytes of one section.
 class Section {
  public:
-  /// `counting`: sizes are added up, and nothing is kept.
+  /// `counting`: only adds up sizes, and stores nothing.
   explicit Section(bool counting) : counting_(counting) {}
 
   template <class T>
@@ -48,7 +48,7 @@ class Section {
     return place;
   }
   uint64_t size() const { return size_; }
-  /// With the padding before the next payload, where the section holds payloads.
+  /// Including the padding before the next payload, if the section holds payloads.
   uint64_t padded_size() const { return has_blocks_ ? aligned(size_) : size_; }
   const std::vector<std::byte>& bytes() const { return bytes_; }
 
@@ -66,7 +66,7 @@ class Sections {
     Section section;
   };
   explicit Sections(bool counting) : counting_(counting) {}
-  /// One more; stays where it is.
+  /// Adds a section, which does not move.
   Section& add(uint32_t type, uint32_t flags = kRequired) {
     return entries_.emplace_back(Entry{type, flags, Section(counting_)}).section;
   }

@@ -1,4 +1,4 @@
-// Lays out the sections of a .nif file; formats/nif/layout.hpp and docs/format.md say what goes where.
+// Lays out the sections of a .nif file; formats/nif/layout.hpp and docs/format.md define the layout.
 #include "formats/nif/writer.hpp"
 
 #include <algorithm>
@@ -18,13 +18,13 @@ namespace {
 template <class Part>
 class WriterOf {
  public:
-  /// Its sections are made where some object has the part.
+  /// Makes its sections if any object has the part.
   WriterOf(const Asset& asset, Sections& sections) {
     const bool any = std::any_of(asset.objects.begin(), asset.objects.end(),
                                  [](const Object& object) { return Part::of(object).has_value(); });
     if (any) writer_.emplace(sections, asset);
   }
-  /// The index of the object's record, where it has the part.
+  /// The index of the object's record, if the object has the part.
   uint32_t add(const Object& object) {
     if (!Part::of(object)) return kNoPart;
     writer_->add(*Part::of(object), object);
@@ -60,7 +60,7 @@ void add_instance(const Instance& instance, Section& instances, Section& names) 
   instances.append(&record, 1);
 }
 
-/// If any is no float.
+/// Adds translations if any is not a float.
 void add_translations(const Asset& asset, Sections& sections) {
   const auto remains = [](const Instance& instance) { return instance.remainder != std::array<float, 3>{}; };
   if (!std::any_of(asset.instances.begin(), asset.instances.end(), remains)) return;
@@ -73,7 +73,7 @@ void add_translations(const Asset& asset, Sections& sections) {
   }
 }
 
-/// Small tables first: one page holds what a tool needs to describe the file.
+/// Small tables first: one page holds everything that a tool needs to describe the file.
 void fill(const Asset& asset, Sections& sections) {
   Section& objects = sections.add(kObjects);
   Section& instances = sections.add(kInstances);

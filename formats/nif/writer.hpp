@@ -15,28 +15,28 @@ namespace nif::format {
 
 /// The bytes of the file. The same asset always gives the same bytes. They are read back before they are
 /// returned: an asset that the reader would refuse throws nif::Error (Status::internal) with the reader's
-/// sentence, and no such file comes to be.
+/// sentence, so no such file is ever made.
 std::vector<std::byte> encode(const Asset& asset);
-/// The same, with the view by which they were read back.
+/// The same, with the view from reading them back.
 struct EncodedAsset {
   std::vector<std::byte> bytes;
   AssetView view;  ///< into `bytes`; stays valid when both are moved
 };
 EncodedAsset encode_and_view(const Asset& asset);
 
-/// How many bytes encode() would make, without making them.
+/// The number of bytes that encode() would make, without making them.
 uint64_t encoded_bytes(const Asset& asset);
 
-/// What a part of an asset adds to a file: bytes by type of section, payloads with the padding up to the next
+/// What a part of an asset adds to a file: bytes by type of section, with each payload padded up to the next
 /// one.
 using SectionBytes = std::vector<std::pair<uint32_t, uint64_t>>;
 SectionBytes section_bytes(const Asset& part);
-/// The size of a file as parts come and go, each in constant time: what encoded_bytes() says of all of them
+/// The size of a file as parts come and go, each in constant time: the encoded_bytes() of all of them
 /// together, or up to kAlignment - 1 bytes more.
 class FileSize {
  public:
   void add(const SectionBytes& part);
-  /// One that was added.
+  /// Removes a part that was added.
   void remove(const SectionBytes& part);
   uint64_t bytes() const;
 
@@ -47,11 +47,11 @@ class FileSize {
   std::map<uint32_t, Sum> sections_;
 };
 
-/// A copy that owns its memory, from which encode() makes the same bytes again (unknown sections excepted).
+/// A copy that owns its memory; encode() makes the same bytes from it (except for unknown sections).
 Asset to_asset(const AssetView& view);
 
-/// The text with everything that a name in an asset may not hold (bytes that are not UTF-8, zeros) replaced
-/// by U+FFFD.
+/// The text, with everything that a name in an asset may not contain (bytes that are not UTF-8, zeros)
+/// replaced by U+FFFD.
 std::string clean_name(std::string_view text);
 
 }  // namespace nif::format

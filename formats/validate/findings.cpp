@@ -1,5 +1,5 @@
-// One table of all findings, made once from the reader's rules and the advice in the header. Counts go
-// on when a number has been found too often to keep each place.
+// The table of all findings, built once from the reader's rules and the advice in the header. If a number is
+// found too often to keep each place, it is still counted.
 #include "formats/validate/findings.hpp"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
-// What `nif validate` finds in an asset, each by a number that never changes. Numbers below 800 are the rules
-// that every reader enforces (formats/nif/rules.hpp); those from 800 on are here: of the metadata, which
-// readers do not look into, and of the model, where a file may be read though something about it is not as it
-// should be.
+// Defines what `nif validate` finds in an asset, each with a number that never changes. Numbers below 800 are
+// the rules that every reader enforces (formats/nif/rules.hpp). Those from 800 on are here: about the
+// metadata, which readers ignore, and about the model, if a file is readable although something about it is
+// wrong.
 #pragma once
 
 #include <cstdint>
@@ -15,11 +15,12 @@ namespace nif::validate {
 
 enum class Severity : uint8_t {
   error,    ///< breaks a rule of the format
-  warning,  ///< readers take it, but answers may be wrong, or not what its baker meant
+  warning,  ///< readers accept it, but answers may be wrong, or not what its baker meant
   note,     ///< worth knowing, and harmless
 };
 
-/// ADVICE(number, name, severity, what is so: a clause without an end). 8xx the metadata, 9xx the model.
+/// ADVICE(number, name, severity, what is wrong: a clause without punctuation at the end). 8xx the metadata,
+/// 9xx the model.
 #define NIF_ADVICE(ADVICE)                                                                                   \
   ADVICE(801, metadata_not_json, error,                                                                      \
          "is no JSON object, is nested deeper than 128, or has two members of one name")                     \
@@ -53,7 +54,7 @@ enum class Advice : uint16_t {
 #undef NIF_ADVICE_NUMBER
 };
 
-/// What a number stands for.
+/// The meaning of a number.
 struct Entry {
   uint16_t number;
   const char* name;
@@ -61,35 +62,35 @@ struct Entry {
   Status status;  ///< exit code; ok for warnings and notes
   const char* what;
 };
-/// All of them, by number.
+/// All entries, by number.
 const std::vector<Entry>& all_entries();
-/// There must be one of this number.
+/// The entry of this number, which must exist.
 const Entry& entry_of(uint16_t number);
 const char* name_of(Severity severity);
 
 struct Finding {
   const Entry* entry;
-  std::string place;  ///< "section OBJS, record 3"; empty where it is the whole file
-  std::string what;   ///< as precise as can be said: a clause without an end
+  std::string place;  ///< "section OBJS, record 3"; empty for the whole file
+  std::string what;   ///< as precise as possible: a clause without punctuation at the end
 };
 
-/// Findings in the order in which they were made. Of one number the first 20 are kept, the rest counted, so
-/// that memory stays bounded.
+/// Findings in the order in which they were made. The first 20 of each number are kept and the rest only
+/// counted, so that memory stays bounded.
 class Findings {
  public:
   static constexpr uint64_t kKept = 20;
 
-  /// Without `what`, what the number stands for.
+  /// Without `what`, uses the text of the number.
   void add(uint16_t number, std::string place, std::string what = {});
   void add(Advice advice, std::string place, std::string what = {}) {
     add(uint16_t(advice), std::move(place), std::move(what));
   }
   const std::vector<Finding>& kept() const { return kept_; }
-  /// Of all findings, kept or not.
+  /// Counts all findings, kept or not.
   uint64_t count(Severity severity) const;
   /// How many of this number were found.
   uint64_t count_of(uint16_t number) const;
-  /// Of the first error; ok where there is none.
+  /// The status of the first error; ok if there is none.
   Status status() const;
 
  private:

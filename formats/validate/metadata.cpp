@@ -1,5 +1,5 @@
-// The metadata of a file, by the schema in docs/metadata.md. Readers never trust it; people and tools read
-// it.
+// Checks the metadata of a file by the schema in docs/metadata.md. Readers never trust the metadata; people
+// and tools read it.
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -21,7 +21,7 @@ enum class Kind : uint8_t {
   array,
   text,
   flag,    ///< true or false
-  count,   ///< a whole number from 0 on
+  count,   ///< a whole number, at least 0
   number,  ///< finite
   share,   ///< a number from 0 to 1
 };
@@ -68,7 +68,7 @@ class MetadataCheck {
     if (!root.is_object()) return findings_.add(Advice::metadata_not_json, kPlace);
     const Json* tool = member(root, "tool");
     const Json* tool_name = tool ? member(*tool, "name") : nullptr;
-    if (!tool_name || *tool_name != "nifkit") return;  // of another program, by a schema of its own
+    if (!tool_name || *tool_name != "nifkit") return;  // of another program, with its own schema
     constexpr Member kMembers[] = {{"tool", Kind::object, true},       {"seed", Kind::count, true},
                                    {"options", Kind::object, true},    {"source", Kind::object, true},
                                    {"accuracy", Kind::object, true},   {"objects", Kind::array, true},
@@ -94,8 +94,8 @@ class MetadataCheck {
  private:
   static constexpr const char* kPlace = "section META";
 
-  /// Null where it is no JSON, starts with a byte order mark, is nested too deep, or an object has two
-  /// members of one name.
+  /// Null if it is not JSON, starts with a byte order mark, is nested too deep, or an object has two members
+  /// of one name.
   static Json parse(std::string_view text) {
     if (text.starts_with("\xef\xbb\xbf") || too_deep_at(text) != text.npos) return nullptr;
     std::vector<std::set<std::string>> open;
@@ -125,7 +125,7 @@ class MetadataCheck {
 
   size_t placed() const { return asset_.placed_count(); }
 
-  /// Null where there is none; objects and arrays of another kind have been found fault with by check().
+  /// Null if there is none; check() has already reported objects and arrays of another kind.
   static const Json* member(const Json& json, const char* name) {
     const auto found = json.is_object() ? json.find(name) : json.end();
     return found == json.end() ? nullptr : &*found;
@@ -168,7 +168,7 @@ class MetadataCheck {
     if (const Json* lean = member(options, "lean")) check(*lean, "/options/lean", kLean);
   }
 
-  /// Figures by ray set.
+  /// Accuracy figures by ray set.
   void check_accuracy(const Json& accuracy, const std::string& path) {
     if (!accuracy.is_object()) return;
     constexpr Member kFigures[] = {
@@ -245,7 +245,7 @@ class MetadataCheck {
     }
   }
 
-  /// Does it say of the object what the object's record says?
+  /// Does it agree with the object's record?
   void check_described(const Json& described, const format::ObjectView& object, const std::string& path) {
     const auto differs = [&](const char* name, const Json& stored) {
       const Json* value = member(described, name);
@@ -269,7 +269,7 @@ class MetadataCheck {
     if (object.triangle_count != kMany) differs("triangles", object.triangle_count);
   }
 
-  /// Nodes stand after those above them; each instance has a node, or null.
+  /// Each node must come after those above it; each instance must have a node, or null.
   void check_hierarchy(const Json& hierarchy) {
     constexpr Member kHierarchy[] = {{"nodes", Kind::array, true}, {"instances", Kind::array, true}};
     check(hierarchy, "/hierarchy", kHierarchy);

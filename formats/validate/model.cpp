@@ -1,4 +1,5 @@
-// What a file must have for its answers to be those of its mesh, as far as it can be seen without the mesh.
+// Checks what a file needs for its answers to be those of its mesh, as far as that is visible without the
+// mesh.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -22,11 +23,11 @@ using kernels::PlanesField;
 std::string object_place(uint32_t index) { return "section OBJS, record " + std::to_string(index); }
 std::string instance_place(uint32_t index) { return "section INST, record " + std::to_string(index); }
 
-/// The grid must surround the bounds: what is beyond its border counts as outside.
+/// The grid must surround the bounds: everything beyond its border counts as outside.
 void check_clearance(const format::ObjectView& object, const PlanesField& grid, const std::string& place,
                      Findings& findings) {
   constexpr double kClearance = 1.0 / 32;
-  constexpr double kRounded = 1e-4;  // of a voxel: origin and scale are single precision
+  constexpr double kRounded = 1e-4;  // of a voxel, because origin and scale are single precision
   for (size_t a = 0; a < 3; ++a) {
     const double scale = double(grid.voxels_per_unit), origin = double(grid.origin[a]),
                  low = (double(object.aabb_min[a]) - origin) * scale,
@@ -37,7 +38,7 @@ void check_clearance(const format::ObjectView& object, const PlanesField& grid, 
   }
 }
 
-/// Cells that state less than follows from all of them: their proofs are not made use of.
+/// Finds cells that state less than follows from all of them: their proofs are not used.
 void check_kinds(const PlanesField& grid, const std::string& place, Findings& findings) {
   const format::SideRegions sides(grid);
   const auto says_less = [&](uint32_t word, uint32_t record) {
@@ -52,7 +53,7 @@ void check_kinds(const PlanesField& grid, const std::string& place, Findings& fi
                  std::to_string(count) + " cells say less than their planes and their neighbours prove");
 }
 
-/// Features are there at the corners of surface voxels, and nowhere else.
+/// Features must be at the corners of surface voxels, and nowhere else.
 void check_corners(const kernels::PlanesField& planes, const kernels::NetworkField& network,
                    const std::string& place, Findings& findings) {
   uint64_t missing = 0, unused = 0;
@@ -72,7 +73,8 @@ void check_corners(const kernels::PlanesField& planes, const kernels::NetworkFie
                  std::to_string(unused) + " corners that no surface voxel touches have features");
 }
 
-/// Those without one lie on edges of others (docs/encodings/bvh.md, "Slivers"), and no record counts them.
+/// Triangles without area lie on edges of others (docs/encodings/bvh.md, "Slivers"), and no record counts
+/// them.
 uint64_t triangles_with_area(const kernels::TrianglesField& tree) {
   uint64_t count = 0;
   const auto corner = [&](const kernels::BvhNode& node, uint8_t index) {

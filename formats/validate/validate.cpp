@@ -1,5 +1,6 @@
-// The reader comes first; if it refuses the file, that is the finding. Then metadata and the model are
-// looked at. Last the asset is written again, and other bytes mean that another program wrote the file.
+// Validates a file. The reader comes first; if it refuses the file, that is the finding. Then metadata and
+// the model are checked. Last, the asset is written again: different bytes mean that another program wrote
+// the file.
 #include "formats/validate/validate.hpp"
 
 #include <cstring>
@@ -11,8 +12,8 @@
 namespace nif::validate {
 namespace {
 
-/// The sections whose checksums are wrong. The header and the table must be right, as they are where the
-/// reader complains about a section.
+/// Reports sections with wrong checksums. The header and the table must be right, as they are if the reader
+/// complains about a section.
 void check_checksums(std::span<const std::byte> bytes, Findings& findings) {
   format::Header header;
   std::memcpy(&header, bytes.data(), sizeof(header));
@@ -26,8 +27,8 @@ void check_checksums(std::span<const std::byte> bytes, Findings& findings) {
   }
 }
 
-/// There is one layout of given content: ours. Others that a reader takes differ in the order of sections, or
-/// in sections of later versions.
+/// Any content has one layout of ours. Other layouts that a reader accepts differ in the order of sections,
+/// or have sections of later versions.
 bool written_by_us(const format::AssetView& asset) {
   const std::vector<std::byte> again = format::encode(format::to_asset(asset));
   return again.size() == asset.bytes.size() &&

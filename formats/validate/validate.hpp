@@ -1,4 +1,4 @@
-// Looks at an asset as closely as can be done without its mesh.
+// Examines an asset as closely as possible without its mesh.
 #pragma once
 
 #include <cstddef>
@@ -10,14 +10,15 @@
 
 namespace nif::validate {
 
-/// All bytes of a file, at an address that is a multiple of format::kAddressAlignment. Safe on any bytes.
+/// Takes all bytes of a file, at an address that is a multiple of format::kAddressAlignment. Safe on any
+/// bytes.
 ///
-/// Rules of the structure build on one another, so of those the first that is broken is the only one found;
-/// but all wrong checksums of sections are. Metadata and the model are looked at where no rule is broken.
-/// Throws only std::bad_alloc; memory is bounded by a multiple of the file's size.
+/// Structural rules build on one another, so only the first broken one is found, except that all wrong
+/// checksums of sections are. Metadata and the model are checked if no rule is broken. Throws only
+/// std::bad_alloc; memory is bounded by a multiple of the file's size.
 Findings validate(std::span<const std::byte> bytes, std::string_view file_name);
 
-/// The parts of it, for an asset that has been read.
+/// The single checks, for an asset that has been read.
 void check_metadata(const format::AssetView& asset, Findings& findings);
 void check_model(const format::AssetView& asset, Findings& findings);
 

@@ -1,5 +1,5 @@
-// Which of a kernel's versions is for an instruction set. For sources that are compiled for each target:
-// include it after <hwy/highway.h>, and use it once.
+// Picks a kernel's version for an instruction set. For sources that are compiled for each target: include it
+// once, after <hwy/highway.h>.
 #pragma once
 
 #include "kernels/cpu/isa.hpp"
@@ -30,7 +30,7 @@
 #define NIF_IF_WASM(function) nullptr
 #endif
 
-/// A pointer to the version of `function` for the instruction set, which is available().
+/// A pointer to the version of `function` for the instruction set, which must be available().
 #define NIF_KERNEL_FOR(Pointer, function, isa)                                                   \
   ::nif::kernels::cpu::choose_kernel<Pointer>(isa, NIF_IF_SSE4(function), NIF_IF_AVX2(function), \
                                               NIF_IF_AVX512(function), NIF_IF_NEON(function),    \

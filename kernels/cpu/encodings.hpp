@@ -1,4 +1,4 @@
-// The encodings that there are SIMD kernels for: a line each. Every file has make_kernel() of its field.
+// The encodings that have SIMD kernels, one line each. Every file defines make_kernel() for its field.
 #pragma once
 
 #include <concepts>
@@ -12,9 +12,8 @@
 
 namespace nif::kernels::cpu {
 
-/// Null where the object cannot be held in the form that the SIMD kernel reads: the reference then answers.
-/// The field's memory must outlive the kernel where that reads_field(). A template, as query() of AnyField
-/// is.
+/// Null if the SIMD kernel cannot represent the object; the reference then answers. The field's memory must
+/// outlive the kernel if that reads_field(). A template for the same reason as query() of AnyField.
 template <std::same_as<AnyField> Any>
 KernelPointer make_kernel(const Any& field, const KernelOptions& options) {
   return std::visit([&](const auto& own) { return make_kernel(own, options); }, field);

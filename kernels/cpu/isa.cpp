@@ -1,8 +1,8 @@
-// An instruction set counts if the build has kernels for it and the processor says that it can run them.
-// ARM and WebAssembly have one each, so there the build alone decides.
+// Tells which instruction sets can be used. One counts if the build has kernels for it and the processor
+// supports it. ARM and WebAssembly have one each, so there only the build decides.
 #include "kernels/cpu/isa.hpp"
 
-// As the kernels are compiled: theirs are the targets to be known here.
+// The same setting as for the kernels, because their targets must be known here.
 #define HWY_WANT_AVX3_DL 1
 #include "kernels/cpu/targets.hpp"
 
@@ -15,7 +15,7 @@
 namespace nif::kernels::cpu {
 
 #if HWY_ARCH_X86
-/// Not a name that every compiler's __builtin_cpu_supports knows.
+/// Not every compiler's __builtin_cpu_supports knows this name.
 bool has_avx_vnni() {
   unsigned a, b, c, d;
   return __get_cpuid_count(7, 1, &a, &b, &c, &d) && (a & 1u << 4) != 0;

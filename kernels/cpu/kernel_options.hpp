@@ -1,4 +1,4 @@
-// What all SIMD kernels are made from besides their field.
+// What all SIMD kernels are built from besides their field.
 #pragma once
 
 #include "kernels/cpu/isa.hpp"
@@ -9,10 +9,10 @@
 namespace nif::kernels::cpu {
 
 struct KernelOptions {
-  Isa isa;                                          ///< available()
+  Isa isa;                                          ///< must be available()
   std::pmr::memory_resource* memory;                ///< must outlive the kernel
   SharedCopies& copies;                             ///< of the object's asset; must outlive the kernel
-  size_t most_without_bricks = kMostWithoutBricks;  ///< as WalkGrid has it
+  size_t most_without_bricks = kMostWithoutBricks;  ///< as for WalkGrid
 };
 
 }  // namespace nif::kernels::cpu

@@ -1,5 +1,5 @@
-// Vectors of one ray to a lane, and what Highway (1.0.3) has no fast way for: sets of lanes as the bits of an
-// integer, moving chosen lanes together and apart, small tables, and loads from anywhere.
+// Vectors with one ray per lane, and operations that Highway (1.0.3) lacks or is slow at: lane sets as the
+// bits of an integer, moving chosen lanes together and apart, small tables, unaligned gathers.
 //
 // Compiled once for each target.
 #if defined(NIF_LANES_INL) == defined(HWY_TARGET_TOGGLE)
@@ -25,11 +25,11 @@ using Words = hn::RebindToUnsigned<Floats>;
 constexpr uint32_t kLanes = uint32_t(hn::MaxLanes(Floats()));
 constexpr uint32_t kAllLanes = (1u << kLanes) - 1;
 
-/// The same bits.
+/// Reinterprets the bits.
 HWY_INLINE hn::Vec<Ints> ints(hn::Vec<Floats> v) { return hn::BitCast(Ints(), v); }
 HWY_INLINE hn::Vec<Floats> floats(hn::Vec<Ints> v) { return hn::BitCast(Floats(), v); }
 
-/// Of whole numbers that fit. Highway's conversion spends as much again on those that do not.
+/// For whole numbers in range. Highway's conversion costs twice as much because it handles all others.
 HWY_INLINE hn::Vec<Ints> to_ints(hn::Vec<Floats> v) {
 #if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
   return hn::Vec<Ints>{_mm512_cvttps_epi32(v.raw)};
@@ -63,7 +63,7 @@ HWY_INLINE hn::Mask<Floats> mask_of(uint32_t bits) {
   return hn::LoadMaskBits(Floats(), bytes);
 }
 
-/// The chosen lanes of v, moved to the front; the others after them are anything.
+/// The chosen lanes of v, moved to the front; the lanes after them are undefined.
 template <class V>
 HWY_INLINE V gather_lanes(uint32_t lanes, V v) {
 #if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
@@ -86,7 +86,7 @@ HWY_INLINE V gather_lanes(uint32_t lanes, V v) {
 #endif
 }
 
-/// Puts consecutive entries from `from` on into the chosen lanes of v. A whole vector must be readable.
+/// Puts consecutive entries, starting at `from`, into the chosen lanes of v. A whole vector must be readable.
 template <class V, class T>
 HWY_INLINE V scatter_lanes(uint32_t lanes, V v, const T* from) {
   const hn::DFromV<V> d;
@@ -117,7 +117,7 @@ HWY_INLINE V scatter_lanes(uint32_t lanes, V v, const T* from) {
 #endif
 }
 
-/// gather_lanes() of several vectors: the order is worked out once.
+/// gather_lanes() of several vectors: computes the order once.
 class LanesTogether {
  public:
 #if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
@@ -172,12 +172,12 @@ class LanesApart {
 #endif
 };
 
-/// table[index], of an aligned table of kSize entries.
+/// table[index]; the table is aligned and has kSize entries.
 template <uint32_t kSize, class Tag, class T>
 HWY_INLINE hn::Vec<Tag> look_up(Tag d, const T* table, hn::Vec<Ints> index) {
   static_assert(kSize <= 16);
 #if HWY_TARGET == HWY_WASM
-  // Highway goes byte by byte. Bytes beyond a vector give 0.
+  // Highway's version works byte by byte. Bytes beyond a vector give 0.
   v128_t bytes =
       wasm_i32x4_add(wasm_i32x4_mul(index.raw, wasm_i32x4_splat(0x04040404)), wasm_i32x4_splat(0x03020100));
   v128_t found = wasm_i8x16_swizzle(wasm_v128_load(table), bytes);
@@ -202,9 +202,9 @@ HWY_INLINE hn::Vec<Tag> look_up(Tag d, const T* table, hn::Vec<Ints> index) {
 #endif
 }
 
-/// How many bits are set in each lane.
+/// The number of set bits in each lane.
 HWY_INLINE hn::Vec<Ints> count_bits(hn::Vec<Ints> v) {
-#if HWY_TARGET == HWY_WASM  // Highway goes byte by byte
+#if HWY_TARGET == HWY_WASM  // Highway's version works byte by byte
   return hn::Vec<Ints>{
       wasm_u32x4_extadd_pairwise_u16x8(wasm_u16x8_extadd_pairwise_u8x16(wasm_i8x16_popcnt(v.raw)))};
 #else
@@ -212,10 +212,10 @@ HWY_INLINE hn::Vec<Ints> count_bits(hn::Vec<Ints> v) {
 #endif
 }
 
-/// value << bits, where that and 1 << bits are less than 2^31.
+/// value << bits. This value and 1 << bits must be less than 2^31.
 HWY_INLINE hn::Vec<Ints> shifted(int32_t value, hn::Vec<Ints> bits) {
   const Ints di;
-#if HWY_TARGET == HWY_WASM  // Highway takes a step for each bit of `bits`
+#if HWY_TARGET == HWY_WASM  // Highway's version takes a step for each bit of `bits`
   const auto power = floats(hn::ShiftLeft<23>(hn::Add(bits, hn::Set(di, 127))));
   const auto one = to_ints(power);
   return value == 1 ? one : hn::Mul(one, hn::Set(di, value));
@@ -224,7 +224,7 @@ HWY_INLINE hn::Vec<Ints> shifted(int32_t value, hn::Vec<Ints> bits) {
 #endif
 }
 
-/// Words that start at the given bytes behind `base`, which need not be aligned.
+/// Words at the given byte offsets from `base`, which need not be aligned.
 HWY_INLINE hn::Vec<Words> gather_words(const void* base, hn::Vec<Ints> bytes) {
   const Words dw;
   if constexpr (kLanes >= 8) {

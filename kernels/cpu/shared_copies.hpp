@@ -1,5 +1,5 @@
-// What the objects of an asset share, in the form that SIMD kernels read: copied once, however many objects
-// there are. A small file may have very many of them.
+// Copies data that several objects of an asset share into the layout of SIMD kernels, once for all of them: a
+// small file may have very many objects.
 #pragma once
 
 #include <cstddef>
@@ -15,8 +15,8 @@ class SharedCopies {
   explicit SharedCopies(std::pmr::memory_resource* memory = std::pmr::get_default_resource())
       : copies_(memory) {}
 
-  /// The copy of what lies at `original`, of so many words, which stays where it is. Where there is none yet,
-  /// fill(copy) makes it.
+  /// The copy of `words` words at `original`; its address does not change. If there is none yet, fill(copy)
+  /// makes it.
   template <class Fill>
   const uint32_t* get(const void* original, size_t words, const Fill& fill) {
     const auto [at, is_new] = copies_.try_emplace(original);

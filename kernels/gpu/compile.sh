@@ -4,14 +4,14 @@
 #   kernels/gpu/compile.sh TARGET FOLDER     TARGET: gfx1030, gfx1100, gfx90a, gfx942, sm_80, sm_90
 #   kernels/gpu/compile.sh --compiler TARGET prints the compiler that would be taken
 #
-# Writes to FOLDER: TARGET.co (AMD) or TARGET.cubin (NVIDIA), what a driver loads; TARGET.s, the assembly that it was
-# made of (for NVIDIA, PTX); TARGET.txt, what the compiler says of registers, shared memory and spills.
+# Writes to FOLDER: TARGET.co (AMD) or TARGET.cubin (NVIDIA), which a driver loads; TARGET.s, its assembly
+# (for NVIDIA, PTX); TARGET.txt, what the compiler reports about registers, shared memory and spills.
 #
-# AMD targets need a clang with AMDGPU, version 15 or newer, and its lld: Debian's clang-15, lld-15, clang-19, lld-19.
-# gfx942 is known from clang 17 on. So for gfx1100: clang 15 lets v_mad_u64_u32 write over its own sources there, which
-# its own assembler refuses, because the hardware gives a wrong result. NVIDIA targets need nvcc. Nothing else: no headers
-# and no libraries of HIP or CUDA.
-# Ends with 3 where there is no compiler for the target.
+# AMD targets need a clang with AMDGPU, version 15 or newer, and its lld: Debian's clang-15, lld-15, clang-19,
+# lld-19. gfx942 needs clang 17 or newer. So does gfx1100: clang 15 lets v_mad_u64_u32 overwrite its own
+# sources there, which its own assembler refuses, because the hardware gives a wrong result. NVIDIA targets
+# need nvcc. Nothing else is needed: no headers and no libraries of HIP or CUDA. Exits with 3 if there is no
+# compiler for the target.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
@@ -22,7 +22,7 @@ first_of() {
   done
   return 1
 }
-# The first of the clangs that has its linker, without which it makes no code objects.
+# The first clang that has its linker; without it clang makes no code objects.
 first_clang_of() {
   local name
   for name in "$@"; do
@@ -52,9 +52,10 @@ target=$1 folder=${2-}
 [[ -d $folder ]] || { echo "kernels/gpu/compile.sh: there is no folder '$folder'" >&2 && exit 2; }
 compiler=$(find_compiler "$target") || { echo "kernels/gpu/compile.sh: no compiler for $target" >&2 && exit 3; }
 
-# The answer is defined without fused multiply-add, and with divisions and square roots that round correctly. Where a
-# target has no matrix units (gfx1030) products of halves are long once unrolled; left alone, clang gives up halfway.
-# Without -fuse-cuid=none a symbol is named after the folder of the source, and no two folders make the same bytes.
+# The answer is defined without fused multiply-add, and with correctly rounded divisions and square roots. On
+# a target without matrix units (gfx1030) products of halves are long once unrolled; without the option, clang
+# gives up halfway. Without -fuse-cuid=none a symbol is named after the source's folder, and no two folders
+# give the same bytes.
 report=$folder/$target.txt
 compile() {
   if [[ $target == gfx* ]]; then

@@ -1,4 +1,4 @@
-// Reading of arrays in device memory.
+// Reads arrays in device memory.
 #pragma once
 
 #include <cstdint>
@@ -7,8 +7,8 @@
 
 namespace nif::kernels::gpu {
 
-/// array[i] of device memory. Where a pointer to it was itself read from there, AMD's compiler does not know
-/// what it points to, and would load as if from any memory, which takes longer.
+/// array[i] of device memory. If the pointer itself was read from device memory, AMD's compiler does not know
+/// where it points, and would use a slower, generic load.
 template <class T>
 NIF_HOST_DEVICE inline T load_device(const T* array, uint32_t i) {
 #if defined(__HIP__) && defined(NIF_ON_DEVICE)

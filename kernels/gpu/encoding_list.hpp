@@ -1,23 +1,23 @@
-// A list of encodings as a type, and the numbers that follow from each one's place in it.
+// A list of encodings as a type, and the numbers that follow from each one's position in it.
 //
 // An encoding is a structure in kernels/gpu/encodings with
 //   HostField, Field                 its field as the host has it, and in device memory
 //   kKinds                           how many kinds of its objects kernels tell apart: each has a bit in the
 //                                    sets of kinds that kernels are made for
 //   kHasItems                        whether its objects may leave rays to a network, as items of the
-//   pipeline ask<kKinds>(thread, object, kind, ray, row)
-//                                    an object's answer, by a thread alone with its ray; kKinds are those of
-//                                    its kinds that there may be, and `kind` the object's own, both counted
-//                                    from the encoding's first bit
+//                                    pipeline
+//   ask<kKinds>(thread, object, kind, ray, row)
+//                                    an object's answer, computed by one thread for its ray; kKinds are the
+//                                    kinds that may occur, and `kind` the object's own, both counted from the
+//                                    encoding's first bit
 //   walk(object, ray, column, item, answer)
-//                                    what the pipeline's walk does: true where there is an answer, false
-//                                    where a network has to be asked; then all of `item` is set but its
-//                                    instance
+//                                    the traversal of the pipeline: returns true if there is an answer, false
+//                                    if a network must decide; then all of `item` is set but its instance
 //   intersect(thread, object, kind, ray, limit, row)
-//                                    the first hit with an object, by a thread alone with its ray; `limit` as
-//                                    the reference's intersect() has it, `kind` as ask() does
-//   kProves                          whether its proofs can be asked alone: then there is
-//   prove(object, ray, open)         what they say, and the part of a ray that they leave open
+//                                    the first hit with an object, by one thread for its ray; `limit`
+//                                    as in the reference's intersect(), `kind` as in ask()
+//   kProves                          whether its proofs can be queried alone; if so, there is
+//   prove(object, ray, open)         what the proofs say, and the part of a ray that they leave open
 //                                    (kernels/reference/planes/open.hpp)
 //   describe(hash)                   what of HostField crosses from the runtime to the GPU module
 //   upload(field)                    on the host: how a field gets to device memory (upload.hpp)
@@ -40,7 +40,7 @@ constexpr uint32_t first_kind_bit(EncodingList<Encoding...>) {
   return bit;
 }
 
-/// The encoding of a host's field.
+/// The encoding of a host field.
 template <class HostField, class First, class... Others>
 constexpr auto encoding_of(EncodingList<First, Others...>) {
   if constexpr (std::is_same_v<HostField, typename First::HostField>)

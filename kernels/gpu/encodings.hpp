@@ -1,5 +1,5 @@
-// The encodings that there are GPU kernels for: one list, from which kernels and the GPU module take all that
-// they do alike for each. A new encoding adds a file to kernels/gpu/encodings, and a line to the list
+// The list of encodings that have GPU kernels. Kernels and the GPU module take from it everything that is
+// alike for all encodings. To add an encoding, add a file to kernels/gpu/encodings and a line to the list
 // (docs/adding-a-part.md).
 #pragma once
 
@@ -14,8 +14,8 @@ namespace nif::kernels::gpu {
 
 using Encodings = EncodingList<SegmentEncoding, SphericalEncoding, BvhEncoding, ExactEncoding, ProofEncoding>;
 
-/// Kernels of the pipeline that answer items, of those encodings that have some (kernel_list.hpp says what
-/// the arguments are).
+/// Kernels of the pipeline that answer items, for the encodings that have items (kernel_list.hpp describes
+/// the arguments).
 #define NIF_NETWORK_STAGES(STAGE) \
   NIF_SEGMENT_STAGES(STAGE)       \
   NIF_SPHERICAL_STAGES(STAGE)
@@ -33,7 +33,7 @@ constexpr uint32_t all_kinds(EncodingList<Encoding...>, bool with_items_alone) {
   return ((Encoding::kHasItems || !with_items_alone ? kKindsOf<Encoding> : 0) | ...);
 }
 
-// Sets that there are kernels for (kernel_list.hpp).
+// Sets of kinds that have kernels (kernel_list.hpp).
 inline constexpr uint32_t kPairSegment = kKindBit<SegmentEncoding, SegmentEncoding::kPairs>,
                           kSegments = kKindsOf<SegmentEncoding>,
                           kBvhObject = kKindBit<BvhEncoding, BvhEncoding::kExact>,

@@ -1,6 +1,6 @@
-// First hits (nifIntersect): a thread takes its ray through the top level, asks each object that it may meet
-// for its first hit, joins these, and writes what is asked for. As runtime/src/query/first_hits.cpp does on the
-// CPU, in the same steps, to the same bits.
+// First hits (nifIntersect): a thread takes its ray through the top level, queries each object that it may
+// meet for its first hit, combines these, and writes the requested outputs. It takes the same steps as
+// runtime/src/query/first_hits.cpp does on the CPU, with the same bits.
 #pragma once
 
 #include "kernels/gpu/scene_kernels.hpp"
@@ -8,7 +8,7 @@
 
 namespace nif::kernels::gpu {
 
-/// The outputs of NifHits (runtime/include/nif/nif.h): device memory of any alignment, any of them null.
+/// The outputs of NifHits (runtime/include/nif/nif.h): device memory of any alignment; any may be null.
 struct HitOutputs {
   unsigned char *hit, *certain;
   unsigned char *t, *t_low, *t_high, *normal, *u, *v;
@@ -16,14 +16,14 @@ struct HitOutputs {
   unsigned char *color, *user;
 };
 
-/// What the kernel is given. Of the query only the rays count.
+/// Arguments of the kernel. Only the rays of the query are used.
 struct HitWork {
   SceneArrays scene;
   SceneQuery query;
   HitOutputs hits;
 };
 
-/// The first hit with one object, by a ray in its space.
+/// The first hit with one object, for a ray in its space.
 template <class Thread, class Encoding, class... Others>
 NIF_HOST_DEVICE NIF_INLINE Hit intersect_one_of(EncodingList<Encoding, Others...>, const Thread& thread,
                                                 const SceneObject& object, const Segment& ray, float limit,
@@ -34,7 +34,7 @@ NIF_HOST_DEVICE NIF_INLINE Hit intersect_one_of(EncodingList<Encoding, Others...
   return Encoding::intersect(thread, object, object.kind >> kFirstKindBit<Encoding>, ray, limit, row);
 }
 
-/// The first hit with a scene, by a ray in world space. What begins beyond a proven hit is not asked.
+/// The first hit with a scene, for a ray in world space. Skips whatever begins beyond a proven hit.
 template <class Thread>
 NIF_HOST_DEVICE NIF_LONG_INLINE SceneHit intersect_scene(const Thread& thread, const SceneArrays& scene,
                                                          const Segment& ray, const SceneQuery& query,
@@ -49,8 +49,8 @@ NIF_HOST_DEVICE NIF_LONG_INLINE SceneHit intersect_scene(const Thread& thread, c
     if (!askable || scene.instance_count == 0) return nearest;
     cursor.trail = children_met(scene.nodes[0], ray, prepared);
   }
-  // An only instance is asked whether its box is met or not, and of rays that are none, too. In one place
-  // with the others, because all of the objects' code is there.
+  // A sole instance is queried whether or not its box is met, and even for invalid rays. It shares the call
+  // with the others, because all of the objects' code is inlined there.
   for (;;) {
     uint32_t number = scene.sole;
     if (!alone) {
@@ -78,7 +78,7 @@ NIF_HOST_DEVICE NIF_LONG_INLINE SceneHit intersect_scene(const Thread& thread, c
   }
 }
 
-/// Writes the outputs of one ray: the only place where that is done.
+/// Writes the outputs of one ray; nothing else writes them.
 NIF_HOST_DEVICE inline void store_hit(const SceneArrays& scene, const HitOutputs& to, uint32_t ray,
                                       const Segment& segment, const SceneHit& found) {
   const bool hit = found.t < kNoHit;
@@ -123,7 +123,7 @@ NIF_HOST_DEVICE inline void store_hit(const SceneArrays& scene, const HitOutputs
   }
 }
 
-/// Blocks of kSceneThreads, any number of them; scene.layout.bytes.
+/// Any number of blocks of kSceneThreads; scene.layout.bytes of shared memory.
 template <class Thread>
 NIF_HOST_DEVICE NIF_LONG_INLINE void scene_hits(const Thread& thread, const HitWork& work) {
   const SceneArrays& scene = work.scene;

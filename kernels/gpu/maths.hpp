@@ -1,14 +1,14 @@
-// Exponentials and logarithms in plain arithmetic: GPU code links no device library (docs/gpu.md). They are
-// for probabilities only, whose last bits may differ between machines; all else is exact.
+// Exponentials and logarithms in plain arithmetic, because GPU code links no device library (docs/gpu.md).
+// Only probabilities use them, whose last bits may differ between machines; everything else is exact.
 #pragma once
 
 #include "kernels/reference/arithmetic.hpp"
 
 namespace nif::kernels::gpu {
 
-/// As kernels::HostMaths, and off by less than 2^-50 of the result.
+/// Like kernels::HostMaths, with an error below 2^-50 of the result.
 struct DeviceMaths {
-  /// 0 where the result is below the smallest normal number, and for NaN.
+  /// Returns 0 if the result is below the smallest normal number, and for NaN.
   NIF_HOST_DEVICE static double exp(double x) {
     constexpr double kPerLn2 = 1.4426950408889634, kLn2High = 0x1.62e42fee00000p-1,
                      kLn2Low = 0x1.a39ef35793c76p-33;
@@ -24,11 +24,11 @@ struct DeviceMaths {
 
   NIF_HOST_DEVICE static float exp(float x) { return static_cast<float>(exp(static_cast<double>(x))); }
 
-  /// x is not negative.
+  /// x must not be negative.
   NIF_HOST_DEVICE static double log1p(double x) {
     constexpr double kLn2 = 0.69314718055994531, kRoot2 = 1.4142135623730951;
     const double y = 1 + x;
-    const double lost = x < 1 ? x - (y - 1) : 1 - (y - x);  // by the rounding of the sum
+    const double lost = x < 1 ? x - (y - 1) : 1 - (y - x);  // rounding error of the sum
     const uint64_t bits = bits_as<uint64_t>(y);
     int32_t power = static_cast<int32_t>(bits >> 52) - 1023;
     double m = bits_as<double>((bits & ((uint64_t{1} << 52) - 1)) | uint64_t{1023} << 52);

@@ -1,5 +1,5 @@
-// The kernels' entry points: what clang makes a code object of for each AMD target, and nvcc for each NVIDIA
-// one. Each takes one structure.
+// The kernels' entry points. clang compiles this to a code object for each AMD target, and nvcc for each
+// NVIDIA target. Each entry point takes one structure.
 #include "kernels/gpu/hit_kernels.hpp"
 #include "kernels/gpu/kernel_list.hpp"
 #include "kernels/gpu/open_kernels.hpp"
@@ -27,7 +27,7 @@ NIF_SCENE_KERNELS(NIF_SCENE)
 NIF_WALK_KERNELS(NIF_WALK)
 NIF_PIPELINE_STAGES(NIF_STAGE)
 NIF_ENTRY(kSceneThreads, 16, nif_scene_bvh_single, SceneWork,
-          scene_answer<kSingleBvh, false>)  // to measure it
+          scene_answer<kSingleBvh, false>)  // for measurements
 NIF_ENTRY(kSceneThreads, 1, nif_scene_open, OpenWork, scene_open)
 NIF_ENTRY(kSceneThreads, 8, nif_scene_hits, HitWork, scene_hits)
 NIF_ENTRY(kBlockThreads, 6, nif_pipeline_walk_one, PipelineWork, pipeline_walk_one<false>)

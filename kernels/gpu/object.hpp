@@ -1,5 +1,5 @@
-// What is the same for objects of all encodings: what a scene keeps of each, what it answers, and the item of
-// work that asks its network.
+// What objects of all encodings share: their data in a scene, their answer, and the item of work for their
+// network.
 #pragma once
 
 #include "kernels/gpu/shim.hpp"
@@ -9,23 +9,23 @@
 
 namespace nif::kernels::gpu {
 
-/// Threads of the blocks of kernels that do not say otherwise.
+/// Block size of kernels that do not say otherwise.
 inline constexpr uint32_t kBlockThreads = 128;
 
-/// What blocks may have of shared memory on every target, without asking for more.
+/// Shared memory that a block can have on every target without requesting more.
 inline constexpr uint32_t kSharedLimit = 48 * 1024;
 
-/// An object's answer for one ray: visible where the logit is not negative.
+/// An object's answer for one ray: visible if the logit is not negative.
 struct ObjectAnswer {
   int32_t logit;
   bool certain;
 };
 
-/// An object of a scene. Device memory, and so is what it points to.
+/// An object of a scene. In device memory, like everything that it points to.
 struct SceneObject {
   const void* field;  ///< its encoding's Field
-  uint32_t kind;      ///< one bit: which kind of object it is (encodings.hpp)
-  uint32_t widest;    ///< of the encoding: neurons of the widest layer that rows have room for
+  uint32_t kind;      ///< one bit: the kind of object (encodings.hpp)
+  uint32_t widest;    ///< encoding-specific: neurons of the widest layer that rows have room for
   uint32_t lists[2];  ///< of the pipeline: for items of the encoding's first sort, and of its second
   Calibration calibration;
   float reach_scale;
@@ -38,13 +38,13 @@ struct SceneObject {
 struct OpenItem {
   uint32_t instance;
   uint32_t list;
-  uint32_t about;  ///< as the encoding has it
-  uint32_t words;  ///< that it has, up to kItemWords
+  uint32_t about;  ///< the encoding defines it
+  uint32_t words;  ///< number of its words, up to kItemWords
 };
 inline constexpr uint32_t kItemWords = 15;
 
-/// A place in a list for each lane that wants one: the wave asks for all its lanes at once. What is returned
-/// to the others has no meaning. For all lanes of a wave.
+/// A place in a list for each lane that wants one: the wave reserves them for all its lanes at once.
+/// Undefined for the other lanes. All lanes of a wave must call this.
 template <class Thread>
 NIF_HOST_DEVICE uint32_t append(const Thread& thread, bool wanted, uint32_t* count) {
   const uint64_t all = thread.ballot(wanted);

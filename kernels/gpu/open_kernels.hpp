@@ -1,6 +1,6 @@
-// Rays that proofs leave open (nifQueryOpen): a thread takes its ray through the top level, asks each object
-// for what it can prove, and the lanes of a wave get their places in the caller's lists together. Which rays
-// are listed, and with which tmin and tmax, is as runtime/src/query has it on the CPU, to the bit.
+// Rays that proofs leave open (nifQueryOpen): a thread takes its ray through the top level and asks each
+// object what it can prove; the lanes of a wave then reserve their places in the caller's lists together.
+// Which rays are listed, and with which tmin and tmax, is exactly as runtime/src/query does it on the CPU.
 #pragma once
 
 #include "kernels/gpu/scene_kernels.hpp"
@@ -9,23 +9,24 @@
 
 namespace nif::kernels::gpu {
 
-/// The lists of NifOpenRays (runtime/include/nif/nif.h): device memory of any alignment but for the count.
+/// The lists of NifOpenRays (runtime/include/nif/nif.h): device memory of any alignment, except for the
+/// count.
 struct OpenLists {
-  unsigned char *rays, *tmin, *tmax, *instance;  ///< any but rays may be null, and all if capacity is 0
+  unsigned char *rays, *tmin, *tmax, *instance;  ///< all but rays may be null, and rays too if capacity is 0
   uint32_t* count;
   uint32_t capacity;
 };
 
-/// What the kernel is given.
+/// Arguments of the kernel.
 struct OpenWork {
   SceneArrays scene;
   SceneQuery query;
   OpenLists lists;
-  uint32_t first;  ///< number of the query's first ray, as the lists have it
+  uint32_t first;  ///< number of the query's first ray in the lists
 };
 
-/// What one object proves of a ray in its space. Those without proofs of their own answer, and leave all of
-/// a ray open where they are not certain.
+/// What one object proves about a ray in its space. Encodings without proofs of their own answer, and leave
+/// the whole ray open if that answer is not certain.
 template <class Thread, class Encoding, class... Others>
 NIF_HOST_DEVICE NIF_INLINE ObjectAnswer prove_by_one_of(EncodingList<Encoding, Others...>,
                                                         const Thread& thread, const SceneObject& object,
@@ -45,7 +46,7 @@ NIF_HOST_DEVICE NIF_INLINE ObjectAnswer prove_by_one_of(EncodingList<Encoding, O
   return {};
 }
 
-/// What one instance proves of a ray in world space.
+/// What one instance proves about a ray in world space.
 template <class Thread>
 NIF_HOST_DEVICE NIF_INLINE ObjectAnswer prove_instance(const Thread& thread, const SceneArrays& scene,
                                                        const PlacedInstance& instance, const Segment& ray,
@@ -53,7 +54,7 @@ NIF_HOST_DEVICE NIF_INLINE ObjectAnswer prove_instance(const Thread& thread, con
   const SceneObject& object = scene.objects[instance.object];
   const Segment local = instance.identity ? ray : to_object(instance.to_object, ray);
   ObjectAnswer answer = prove_by_one_of(Encodings(), thread, object, local, row, open);
-  // Where its transform leaves no proof, no bound of the open part is one either.
+  // If the instance's transform invalidates the proof, it also invalidates the bounds of the open part.
   if (!stays_certain(instance, object.reach_scale, ray, local)) {
     answer.certain = false;
     open = all_of(ray);
@@ -61,12 +62,12 @@ NIF_HOST_DEVICE NIF_INLINE ObjectAnswer prove_instance(const Thread& thread, con
   return answer;
 }
 
-/// What all instances prove of a ray: the outputs of the query, and in `open` the part that is left open,
-/// where is_open says that one is.
+/// What all instances prove about a ray: the outputs of the query, and in `open` the part that is left open,
+/// if is_open.
 struct ProvenRay {
   SceneAnswer answer;
   OpenInterval open;
-  uint32_t instance;  ///< that leaves it open; kNoInstance: several
+  uint32_t instance;  ///< the one that leaves it open; kNoInstance if several do
   bool is_open;
 };
 template <class Thread>
@@ -100,7 +101,7 @@ NIF_HOST_DEVICE NIF_LONG_INLINE ProvenRay prove_scene(const Thread& thread, cons
     };
     follow_scene<true>(scene, ray, prepared, with_probability, way, meets, ask, proven.answer);
   }
-  // An only instance is asked of rays that are none in the world, too, and may leave them open.
+  // A sole instance is queried even for rays that are invalid in the world, and may leave them open.
   proven.is_open = (has_way || proven.answer.logit < 0) && !proven.answer.certain;
   if (proven.is_open) {
     proven.answer.logit = kOpenLogit;
@@ -109,7 +110,7 @@ NIF_HOST_DEVICE NIF_LONG_INLINE ProvenRay prove_scene(const Thread& thread, cons
   return proven;
 }
 
-/// Blocks of kSceneThreads, any number of them; scene.layout.bytes. *lists.count has been set.
+/// Any number of blocks of kSceneThreads; scene.layout.bytes of shared memory. *lists.count has been set.
 template <class Thread>
 NIF_HOST_DEVICE NIF_LONG_INLINE void scene_open(const Thread& thread, const OpenWork& work) {
   const SceneArrays& scene = work.scene;
@@ -117,7 +118,7 @@ NIF_HOST_DEVICE NIF_LONG_INLINE void scene_open(const Thread& thread, const Open
   const OpenLists& lists = work.lists;
   uint32_t* const row = reinterpret_cast<uint32_t*>(thread.shared()) + thread.index() * scene.layout.row;
   const uint32_t rays = scene.layout.rays, step = thread.blocks() * rays;
-  // All threads go round together, because the lanes of a wave vote for bits and places.
+  // All threads loop together, because the lanes of a wave vote for bits and places.
   for (uint32_t first = thread.block() * rays; first < query.count;) {
     const uint32_t i = first + thread.index();
     const bool present = thread.index() < rays && thread.index() < query.count - first;

@@ -1,21 +1,20 @@
-// A whole scene by the pipeline of the paper (Fujieda, Kao and Harada 2023), to the bits of scene_answer():
+// Answers a whole scene by the pipeline of the paper (Fujieda, Kao and Harada 2023), with the bits of
+// scene_answer():
 //
 // 1. pipeline_walk(): a thread takes its ray through the top level and the objects' occupancy until the ray
-// is
-//    answered or a network has to be asked. The latter becomes an item of work. Items lie without gaps, and
-//    each has a place in the list of its object and field.
-// 2. pipeline_offsets() and pipeline_order(): items in the order of lists, each list from a new tile on. A
-// scene
-//    of one instance has two lists, which need no putting in order: one starts at the first item, the other
-//    at the last one.
-// 3. Networks: blocks take tiles, load a list's network once, gather the inputs of its items and run the
-//    network for a wave's items at once, by matrix instructions. What these have no room for, and rays of
-//    more runs than items have room for, go to pipeline_alone(), a thread an item.
-// 4. In scenes of several instances that is a round: pipeline_walk() joins the answers and goes on with the
-//    rays that are not decided yet. Rays that are left after some rounds are for scene_answer().
+//    is answered or a network must decide. Such a ray becomes an item of work. Items are stored without gaps,
+//    and each has a place in the list of its object and field.
+// 2. pipeline_offsets() and pipeline_order(): sort items by list, each list starting at a new tile. A scene
+//    of one instance has two lists, which need no sorting: one starts at the first item, the other at the
+//    last.
+// 3. Networks: blocks take tiles, load a list's network once, gather the inputs of its items and evaluate the
+//    network for a wave's items at once, by matrix instructions. Networks that do not fit, and rays with more
+//    intervals than items have room for, go to pipeline_alone(), one thread per item.
+// 4. In scenes of several instances that is one round: pipeline_walk() combines the answers and continues
+//    with the rays that are not decided yet. Rays that are left after some rounds go to scene_answer().
 //
-// The order of items is left to chance. Each names its ray, and nothing of it depends on its neighbours, so
-// answers do not depend on that order. How many there are is nowhere asked by the host.
+// The order of items is left to chance. Each item names its ray, and nothing in it depends on its neighbours,
+// so answers do not depend on that order. The host never asks how many items there are.
 #pragma once
 
 #include "kernels/gpu/pipeline_work.hpp"
@@ -23,7 +22,7 @@
 
 namespace nif::kernels::gpu {
 
-/// Asks one object of the kinds in a set, as Encoding::walk() does.
+/// Asks one object of the kinds in a set, like Encoding::walk().
 template <uint32_t kKinds, class Encoding, class... Others>
 NIF_HOST_DEVICE NIF_INLINE bool walk_one_of(EncodingList<Encoding, Others...>, const SceneObject& object,
                                             const Segment& ray, uint32_t* column, OpenItem& item,
@@ -36,8 +35,8 @@ NIF_HOST_DEVICE NIF_INLINE bool walk_one_of(EncodingList<Encoding, Others...>, c
   return true;
 }
 
-/// Asks one instance, by a ray in world space. False where a network has to be asked: then `item` says all
-/// about it. `column` is the thread's, of words kBlockThreads apart.
+/// Asks one instance, for a ray in world space. Returns false if a network must decide: then `item` describes
+/// the question. `column` is the thread's own, of words kBlockThreads apart.
 template <uint32_t kKinds, bool kDetails>
 NIF_HOST_DEVICE bool walk_instance(const SceneArrays& scene, uint32_t number, const Segment& ray,
                                    uint32_t* column, OpenItem& item, ObjectAnswer& answer) {
@@ -50,15 +49,15 @@ NIF_HOST_DEVICE bool walk_instance(const SceneArrays& scene, uint32_t number, co
   return true;
 }
 
-/// Without details only where the ray is counts.
+/// Without details, only the ray's position on its way counts.
 template <bool kDetails>
 NIF_HOST_DEVICE void copy_way(const SceneWay& way, SceneWay& to) {
   to.cursor = way.cursor;
   if (kDetails) to.combined = way.combined;
 }
 
-/// Takes one ray on until it is answered, or to the next network: then false, and `item` and `way` say what
-/// to ask and where to go on. `at` is the ray, or the item of the round before that it was.
+/// Advances one ray until it is answered, or to the next network: then returns false, and `item` and `way`
+/// say what to ask and where to continue. `at` is the ray, or its item in the previous round.
 template <uint32_t kKinds, bool kDetails>
 NIF_HOST_DEVICE bool walk_on(const PipelineWork& work, uint32_t at, uint32_t* column, uint32_t& number,
                              OpenItem& item, SceneWay& way) {
@@ -90,14 +89,14 @@ NIF_HOST_DEVICE bool walk_on(const PipelineWork& work, uint32_t at, uint32_t* co
   const auto ask = [&](uint32_t instance, ObjectAnswer& answer) {
     return walk_instance<kKinds, kDetails>(scene, instance, ray, column, item, answer);
   };
-  const auto meets = [](uint32_t) { return true; };  // queries with masks go another way
+  const auto meets = [](uint32_t) { return true; };  // queries with masks do not use the pipeline
   if (!done && !follow_scene<kDetails>(scene, ray, prepared, with_probability, way, meets, ask, result))
     return false;
   store_answer<kDetails>(query, number, result);
   return true;
 }
 
-/// A place in each lane's list, for those lanes that want one. For all lanes of a wave.
+/// A place in each lane's list, for the lanes that want one. All lanes of a wave must call this.
 template <class Thread>
 NIF_HOST_DEVICE uint32_t append_to(const Thread& thread, bool wanted, uint32_t list, uint32_t* counts) {
   uint32_t place = 0;
@@ -114,8 +113,8 @@ NIF_HOST_DEVICE uint32_t append_to(const Thread& thread, bool wanted, uint32_t l
   return place;
 }
 
-/// Answers what needs no network, and lists the rest. Blocks of kBlockThreads, any number of them;
-/// as many words for each thread as the encodings' walks take.
+/// Answers what needs no network, and lists the rest. Any number of blocks of kBlockThreads; shared memory
+/// holds as many words per thread as the encodings' traversals need.
 template <uint32_t kKinds, bool kDetails, class Thread>
 NIF_HOST_DEVICE void pipeline_walk(const Thread& thread, const PipelineWork& work) {
   const PipelineItems& items = work.items;
@@ -123,7 +122,7 @@ NIF_HOST_DEVICE void pipeline_walk(const Thread& thread, const PipelineWork& wor
   uint32_t* const column = reinterpret_cast<uint32_t*>(thread.shared()) + thread.index();
   const uint32_t count = work.before.counts ? *work.before.counts : work.query.count,
                  step = thread.blocks() * kBlockThreads;
-  // All lanes of a wave go round together.
+  // All lanes of a wave loop together.
   for (uint32_t first = thread.block() * kBlockThreads; first < count;) {
     uint32_t ray = 0;
     OpenItem open{};
@@ -150,7 +149,8 @@ NIF_HOST_DEVICE void pipeline_walk(const Thread& thread, const PipelineWork& wor
   }
 }
 
-/// Where each list's tiles start. One block of kBlockThreads; as many words of shared memory, and one.
+/// Computes where each list's tiles start. One block of kBlockThreads; one word of shared memory per thread,
+/// and one more.
 template <class Thread>
 NIF_HOST_DEVICE void pipeline_offsets(const Thread& thread, const PipelineWork& work) {
   uint32_t* const sums = reinterpret_cast<uint32_t*>(thread.shared());
@@ -182,7 +182,7 @@ NIF_HOST_DEVICE void pipeline_offsets(const Thread& thread, const PipelineWork& 
   }
 }
 
-/// Puts items in the order of lists. Blocks of kBlockThreads, any number of them; no shared memory.
+/// Sorts items by list. Any number of blocks of kBlockThreads; no shared memory.
 template <class Thread>
 NIF_HOST_DEVICE void pipeline_order(const Thread& thread, const PipelineWork& work) {
   const PipelineMemory& memory = work.memory;
@@ -194,9 +194,9 @@ NIF_HOST_DEVICE void pipeline_order(const Thread& thread, const PipelineWork& wo
   }
 }
 
-/// Asks objects by a thread an item, from the ray on. Where there are few items, each has a block to itself:
-/// lanes of one wave would wait for each other, and such rays take long. Blocks of kSceneThreads, any number
-/// of them; work.scene.layout.bytes.
+/// Answers each item by one thread, starting again from the ray. If there are few items, each has a block to
+/// itself: lanes of one wave would wait for each other, and such rays take long. Any number of blocks of
+/// kSceneThreads; work.scene.layout.bytes of shared memory.
 template <class Thread>
 NIF_HOST_DEVICE void pipeline_alone(const Thread& thread, const PipelineWork& work) {
   const SceneLayout& layout = work.scene.layout;
@@ -223,14 +223,14 @@ NIF_HOST_DEVICE void pipeline_alone(const Thread& thread, const PipelineWork& wo
   }
 }
 
-/// What pack_bits() is given. Device memory of any alignment.
+/// Arguments of pack_bits(). Device memory of any alignment.
 struct PackWork {
   const unsigned char* visible;  ///< [count]
   unsigned char* bits;           ///< [(count + 7) / 8]
   uint32_t count;
 };
 
-/// visible_bits of what is visible, a thread eight rays. Blocks of kBlockThreads; no shared memory.
+/// Packs `visible` into visible_bits, eight rays per thread. Blocks of kBlockThreads; no shared memory.
 template <class Thread>
 NIF_HOST_DEVICE void pack_bits(const Thread& thread, const PackWork& work) {
   const uint32_t bytes = (work.count + 7) / 8, step = thread.blocks() * kBlockThreads;

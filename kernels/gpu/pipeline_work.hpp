@@ -1,18 +1,18 @@
-// What the kernels of the pipeline (pipeline_kernels.hpp) work on: items, their lists, and tiles of lists.
+// Data of the pipeline's kernels (pipeline_kernels.hpp): items, their lists, and tiles of lists.
 #pragma once
 
 #include "kernels/gpu/scene_way.hpp"
 
 namespace nif::kernels::gpu {
 
-/// Items that are worked on together, of one list.
+/// Items of one list that are processed together.
 inline constexpr uint32_t kTileItems = kBlockThreads;
 
-/// A list of items: those of an object's field of one sort. Device memory.
+/// A list of items: those for an object's field, of one sort. Device memory.
 struct PipelineList {
-  const void* field;  ///< as SceneObject's
+  const void* field;  ///< as in SceneObject
   alignas(
-      8) unsigned char layout[56];  ///< the encoding's own: how a network and its items lie in shared memory
+      8) unsigned char layout[56];  ///< encoding-specific: layout of a network and its items in shared memory
 
   template <class Layout>
   NIF_HOST_DEVICE const Layout& layout_as() const {
@@ -23,40 +23,40 @@ struct PipelineList {
 
 /// A round's items. Device memory, [capacity] each.
 struct PipelineItems {
-  uint32_t* counts;  ///< [1 + lists]: of all items, and of each list's; 0 before the round
+  uint32_t* counts;  ///< [1 + lists]: of all items, then of each list; 0 before the round
   uint32_t* ray;
-  uint32_t* instance;  ///< only where items are put in order
-  int32_t* logit;      ///< the answers. From here on only of scenes of several instances
-  SceneWay* way;       ///< where rays are on their way, this instance asked
+  uint32_t* instance;  ///< only if items are sorted
+  int32_t* logit;      ///< the answers. From here on only for scenes of several instances
+  SceneWay* way;       ///< the rays' progress through the scene, after this instance
 };
 
-/// What rounds use one after the other. Device memory.
+/// Memory that successive rounds reuse. Device memory.
 struct PipelineMemory {
   uint32_t capacity;  ///< items of a round; rays of a query
   uint32_t* about;    ///< [capacity]: see OpenItem
   uint32_t* words;    ///< [kItemWords][capacity]
-  // Where items are put in order, else null:
+  // If items are sorted, else null:
   uint32_t* list;        ///< [capacity]
   uint32_t* place;       ///< [capacity]: in the list
-  uint32_t* order;       ///< [capacity + kTileItems * lists]: items by lists, each list from a new tile on
+  uint32_t* order;       ///< [capacity + kTileItems * lists]: items by list, each list starting at a new tile
   uint32_t* first_tile;  ///< [1 + lists], of `order`
 };
 
-/// What a kernel of the pipeline is given.
+/// Arguments of a kernel of the pipeline.
 struct PipelineWork {
   SceneArrays scene;
   SceneQuery query;           ///< without visible_bits
-  const PipelineList* lists;  ///< device memory, those of a stage one after the other
+  const PipelineList* lists;  ///< device memory; those of a stage are consecutive
   uint32_t list_count;
-  PipelineItems before;  ///< of the round before; none in the first
+  PipelineItems before;  ///< items of the previous round; none in the first
   PipelineItems items;
   PipelineMemory memory;
   uint32_t first_list;    ///< of the stage: for kernels that answer items
   uint32_t end_list;      ///< behind its last one
-  uint32_t inputs_alone;  ///< whether networks are left out, for measuring how long the rest takes
+  uint32_t inputs_alone;  ///< whether to skip networks, to measure how long the rest takes
 };
 
-/// Where a list's tiles start; behind the last list: where all of them end.
+/// Where a list's tiles start; for the list after the last one: where all of them end.
 NIF_HOST_DEVICE inline uint32_t first_tile(const PipelineWork& work, uint32_t list) {
   if (work.memory.order) return work.memory.first_tile[list];
   uint32_t tiles = 0;
@@ -65,8 +65,8 @@ NIF_HOST_DEVICE inline uint32_t first_tile(const PipelineWork& work, uint32_t li
   return tiles;
 }
 
-/// The stage's list that a tile is of: the last one that starts there or before, since those without items
-/// start where the next one does. `list`: none that comes after it.
+/// The stage's list that a tile belongs to: the last one that starts at or before it, since an empty list
+/// starts where the next one does. `list`: not after the result.
 NIF_HOST_DEVICE inline uint32_t list_of_tile(const PipelineWork& work, uint32_t tile, uint32_t list) {
   uint32_t above = work.end_list;
   while (above - list > 1) {
@@ -79,11 +79,11 @@ NIF_HOST_DEVICE inline uint32_t list_of_tile(const PipelineWork& work, uint32_t 
   return list;
 }
 
-/// Up to a block's threads of items, all of one list.
+/// Items of one list, at most one per thread of a block.
 struct PipelineTile {
   uint32_t list;
   uint32_t place;  ///< of the first one, in the list
-  uint32_t order;  ///< and in PipelineMemory::order
+  uint32_t order;  ///< and its index in PipelineMemory::order
   uint32_t count;
 
   NIF_HOST_DEVICE uint32_t item(const PipelineMemory& memory, uint32_t i) const {
@@ -92,8 +92,9 @@ struct PipelineTile {
   }
 };
 
-/// Deals the tiles of the work's lists to blocks, to each as many in a row. Calls begin(list) before the
-/// first tile of each list, and answer(tile) for up to kThreads items. For all threads.
+/// Assigns the tiles of the work's lists to blocks, an equal number of consecutive ones to each. Calls
+/// begin(list) before the first tile of each list, and answer(tile) for up to kThreads items. All threads
+/// must call this.
 template <uint32_t kThreads, class Thread, class Begin, class Answer>
 NIF_HOST_DEVICE void for_each_tile(const Thread& thread, const PipelineWork& work, const Begin& begin,
                                    const Answer& answer) {
@@ -109,7 +110,7 @@ NIF_HOST_DEVICE void for_each_tile(const Thread& thread, const PipelineWork& wor
       list = list_of_tile(work, tile, list);
       start_of_list = first_tile(work, list);
       end_of_list = first_tile(work, list + 1);
-      thread.sync();  // others may still be at the list before
+      thread.sync();  // others may still be at the previous list
       begin(list);
       thread.sync();
     }
@@ -123,7 +124,7 @@ NIF_HOST_DEVICE void for_each_tile(const Thread& thread, const PipelineWork& wor
   }
 }
 
-/// Gives the answer of an item's network to its ray.
+/// Passes the answer of an item's network to its ray.
 NIF_HOST_DEVICE inline void deliver(const PipelineWork& work, uint32_t item, int32_t logit) {
   if (work.scene.instance_count > 1) {
     work.items.logit[item] = logit;

@@ -1,4 +1,4 @@
-// A scene, a query about it and its answers, as kernels find them in device memory.
+// A scene, a query about it and its answers, as kernels read them from device memory.
 #pragma once
 
 #include "kernels/gpu/maths.hpp"
@@ -8,16 +8,16 @@
 
 namespace nif::kernels::gpu {
 
-inline constexpr uint32_t kSceneThreads = 64;  ///< of scene_answer()'s blocks
+inline constexpr uint32_t kSceneThreads = 64;  ///< block size of scene_answer()
 
-/// How blocks share out their memory; made on the host.
+/// How a block divides its shared memory; made on the host.
 struct SceneLayout {
-  uint32_t row;    ///< words that a thread has
-  uint32_t rays;   ///< of a block at a time: all its threads, or fewer where rows are long; a multiple of 8
+  uint32_t row;    ///< words per thread
+  uint32_t rays;   ///< rays of a block at a time: one per thread, or fewer if rows are long; a multiple of 8
   uint32_t bytes;  ///< of shared memory
 };
 
-/// For rows of so many words: of any network that an asset may have, 8 and more rays fit.
+/// For rows of `words` words. At least 8 rays fit with any network that an asset may have.
 inline SceneLayout make_scene_layout(uint32_t words) {
   SceneLayout layout{};
   layout.row = words | 1;
@@ -34,21 +34,21 @@ struct SceneArrays {
   const PlacedInstance* instances;
   const uint64_t* users;  ///< [as instances] values that hits return; null: 0
   const SceneObject* objects;
-  uint32_t instance_count;  ///< that rays can meet: 0, 1, or more
+  uint32_t instance_count;  ///< instances that rays can meet: 0, 1, or more
   uint32_t sole;            ///< the instance, if there is 1
   SceneLayout layout;
 };
 
-/// A query as NifRays and NifAnswers have it (runtime/include/nif/nif.h): all arrays are device memory of any
+/// A query, as in NifRays and NifAnswers (runtime/include/nif/nif.h): all arrays are device memory of any
 /// alignment, and those of tmin, tmax, masks and outputs may be null.
 struct SceneQuery {
   const unsigned char *origin[3], *direction[3], *tmin, *tmax, *mask;
   uint64_t origin_stride, direction_stride, tmin_stride, tmax_stride, mask_stride;  ///< bytes
   unsigned char *visible, *visible_bits, *probability, *certain, *logit;
   uint32_t count;
-  uint32_t whole_rays;  ///< 1 where inputs are an array of NifRay, from origin[0] on, aligned to 16 bytes
+  uint32_t whole_rays;  ///< 1 if inputs are an array of NifRay, starting at origin[0] and aligned to 16 bytes
 
-  /// Whether more is asked for than what is visible: a learned "occluded" then does not end the search.
+  /// Whether the caller wants more than visibility: then a learned "occluded" does not end the search.
   bool details() const { return probability || certain || logit; }
 };
 
@@ -66,8 +66,8 @@ NIF_HOST_DEVICE inline Segment load_ray(const SceneQuery& query, uint32_t i) {
     return bits_as<float>(load_unaligned(array + i * stride));
   };
   Segment ray;
-  // `== 1`, because clang 15 takes fewer registers for that than for any number but 0.
-  if (query.whole_rays == 1) {  // origin, tmin, direction, tmax: two loads in place of eight
+  // `== 1`, because clang 15 takes fewer registers for that than for any comparison but with 0.
+  if (query.whole_rays == 1) {  // origin, tmin, direction, tmax: two loads instead of eight
     const unsigned char* const from = query.origin[0] + uint64_t(i) * 32;
     const AlignedWords<4> first = load_words<4>(from), second = load_words<4>(from + 16);
     for (int a = 0; a < 3; ++a) {
@@ -94,14 +94,14 @@ NIF_HOST_DEVICE NIF_INLINE bool lets_in(const SceneArrays& scene, const SceneQue
   return !query.mask || (scene.instances[instance].mask & load_unaligned(query.mask + i * query.mask_stride));
 }
 
-/// A ray's answer, as the outputs of NifAnswers.
+/// A ray's answer, with the outputs of NifAnswers.
 struct SceneAnswer {
-  int32_t logit = kCertainLogit;  ///< of the rest only the sign counts where no details are asked for
+  int32_t logit = kCertainLogit;  ///< without details only the signs of the rest count
   bool certain = false;
   float probability = 1;
 };
 
-/// But for visible_bits, which take several rays.
+/// All outputs except visible_bits, which combine several rays.
 template <bool kDetails>
 NIF_HOST_DEVICE NIF_INLINE void store_answer(const SceneQuery& query, uint32_t ray,
                                              const SceneAnswer& answer) {
@@ -113,17 +113,17 @@ NIF_HOST_DEVICE NIF_INLINE void store_answer(const SceneQuery& query, uint32_t r
   if (query.logit) store_unaligned(query.logit + uint64_t(ray) * 4, uint32_t(answer.logit));
 }
 
-/// Some of a query's rays: `rays` has *count numbers of rays; or all of them, where it is null.
+/// Some of a query's rays: `rays` has *count ray numbers; null means all rays.
 struct RayList {
   const uint32_t* rays;
   const uint32_t* count;
 };
 
-/// What a kernel is given.
+/// Arguments of a kernel.
 struct SceneWork {
   SceneArrays scene;
   SceneQuery query;
-  RayList list;  ///< visible_bits are written only where it is of all rays
+  RayList list;  ///< visible_bits are written only if it is all rays
 };
 
 }  // namespace nif::kernels::gpu

@@ -1,10 +1,10 @@
-// A whole scene by one kernel: a thread takes its ray through the top level, asks each object whose box it
-// may meet, and joins their answers, as runtime/src/query/visibility.cpp does on the CPU, to the same bits. (But
-// for the last bits of probabilities.)
+// Answers a whole scene with one kernel: a thread takes its ray through the top level, asks each object whose
+// box it may meet, and combines their answers, as runtime/src/query/visibility.cpp does on the CPU, with the
+// same bits (except for the last bits of probabilities).
 //
-// Objects of all encodings may be asked by threads of one wave at the same time. So each thread has a row of
-// shared memory of its own, in which an object's kernel keeps whatever it keeps; rows are an odd number of
-// words long, so that the same word of all rows lies in different banks.
+// Threads of one wave may query objects of all encodings at the same time. So each thread has its own row of
+// shared memory, which the current object's kernel uses; rows are an odd number of words long, so that the
+// same word of all rows lies in different banks.
 #pragma once
 
 #include "kernels/gpu/encodings.hpp"
@@ -13,7 +13,7 @@
 
 namespace nif::kernels::gpu {
 
-/// Asks one object, of the kinds in a set and the encodings of a list. `row` is the thread's.
+/// Asks one object, of the kinds in a set and the encodings of a list. `row` is the thread's own.
 template <uint32_t kKinds, class Thread, class Encoding, class... Others>
 NIF_HOST_DEVICE NIF_INLINE ObjectAnswer ask_one_of(EncodingList<Encoding, Others...>, const Thread& thread,
                                                    const SceneObject& object, const Segment& ray,
@@ -33,7 +33,7 @@ NIF_HOST_DEVICE ObjectAnswer ask_object(const Thread& thread, const SceneObject&
   return ask_one_of<kKinds>(Encodings(), thread, object, ray, row);
 }
 
-/// Asks one instance, by a ray in world space.
+/// Asks one instance, for a ray in world space.
 template <uint32_t kKinds, bool kDetails, class Thread>
 NIF_HOST_DEVICE ObjectAnswer ask_instance(const Thread& thread, const SceneArrays& scene,
                                           const PlacedInstance& instance, const Segment& ray, uint32_t* row) {
@@ -69,8 +69,9 @@ NIF_HOST_DEVICE NIF_LONG_INLINE SceneAnswer ask_scene(const Thread& thread, cons
   return result;
 }
 
-/// Answers a query about a scene whose objects are of the given kinds. Without details: only what is visible,
-/// which takes fewer registers. Blocks of kSceneThreads, any number of them; scene.layout.bytes.
+/// Answers a query about a scene whose objects are of the given kinds. Without details it only computes
+/// visibility, which takes fewer registers. Any number of blocks of kSceneThreads; scene.layout.bytes of
+/// shared memory.
 template <uint32_t kKinds, bool kDetails, class Thread>
 NIF_HOST_DEVICE NIF_LONG_INLINE void scene_answer(const Thread& thread, const SceneWork& work) {
   const SceneArrays& scene = work.scene;
@@ -78,7 +79,7 @@ NIF_HOST_DEVICE NIF_LONG_INLINE void scene_answer(const Thread& thread, const Sc
   uint32_t* const row = reinterpret_cast<uint32_t*>(thread.shared()) + thread.index() * scene.layout.row;
   const uint32_t count = work.list.rays ? *work.list.count : query.count;
   const uint32_t rays = scene.layout.rays, step = thread.blocks() * rays;
-  // All threads go round together, because the lanes of a wave vote for bits.
+  // All threads loop together, because the lanes of a wave vote for bits.
   for (uint32_t first = thread.block() * rays; first < count;) {
     const uint32_t i = first + thread.index();
     const bool present = thread.index() < rays && thread.index() < count - first;

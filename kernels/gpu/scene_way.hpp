@@ -1,12 +1,12 @@
-// A ray on its way through a scene, and how the answers of the instances that it asks are joined.
+// A ray's progress through a scene, and how the answers of its instances are combined.
 #pragma once
 
 #include "kernels/gpu/scene_arrays.hpp"
 
 namespace nif::kernels::gpu {
 
-/// Makes the answer of an instance's object, for the ray in object space, that of the instance, for the ray
-/// in world space. Whether it is certain counts with details only.
+/// Turns the answer of an instance's object, for the ray in object space, into that of the instance, for the
+/// ray in world space. Whether it is certain only matters with details.
 template <bool kDetails>
 NIF_HOST_DEVICE void to_world(const PlacedInstance& instance, float reach_scale, const Segment& world,
                               const Segment& local, ObjectAnswer& answer) {
@@ -15,13 +15,14 @@ NIF_HOST_DEVICE void to_world(const PlacedInstance& instance, float reach_scale,
         instance.well_conditioned && stays_certain(instance.to_object, reach_scale, world, local);
 }
 
-/// A ray on its way from instance to instance, and what those that it has asked have answered.
+/// A ray's progress from instance to instance, and the answers so far.
 struct SceneWay {
   Cursor cursor;
   CombinedAnswerBy<DeviceMaths> combined;
 };
 
-/// Joins an instance's answer. True where the rest need not be asked: without details any "occluded" will do.
+/// Adds an instance's answer. Returns true if the rest can be skipped: without details any "occluded"
+/// suffices.
 template <bool kDetails>
 NIF_HOST_DEVICE bool join_answer(const ObjectAnswer& answer, const Calibration& calibration,
                                  bool with_probability, SceneWay& way, SceneAnswer& result) {
@@ -33,9 +34,9 @@ NIF_HOST_DEVICE bool join_answer(const ObjectAnswer& answer, const Calibration& 
   return way.combined.blocked_for_certain();
 }
 
-/// Takes a ray on, from where it is on its way, to instances that meets(instance number) lets it meet.
-/// ask(instance number, answer) asks an instance, or says no: then that one's answer is still missing, and so
-/// is the ray's. Else `result` is complete, and true.
+/// Advances a ray to the instances that meets(instance number) accepts. ask(instance number, answer) queries
+/// an instance, or returns false: then that instance's answer is still missing, and so is the ray's.
+/// Otherwise `result` is complete, and this returns true.
 template <bool kDetails, class Meets, class Ask>
 NIF_HOST_DEVICE NIF_INLINE bool follow_scene(const SceneArrays& scene, const Segment& ray,
                                              const BoxRay& prepared, bool with_probability, SceneWay& way,
@@ -58,8 +59,8 @@ NIF_HOST_DEVICE NIF_INLINE bool follow_scene(const SceneArrays& scene, const Seg
   return true;
 }
 
-/// At the start of its way. False where there is nothing to ask: then `result` is complete. In scenes of one
-/// instance that is asked whether it is met or not, and of rays that are none, too: not for those.
+/// Starts a ray. Returns false if there is nothing to ask: then `result` is complete. Not for scenes of one
+/// instance: a sole instance is queried whether or not its box is met, and even for invalid rays.
 NIF_HOST_DEVICE inline bool start_way(const SceneArrays& scene, const Segment& ray, BoxRay& prepared,
                                       SceneWay& way, SceneAnswer& result) {
   const bool askable = prepare_box_ray(ray, prepared);
@@ -69,7 +70,7 @@ NIF_HOST_DEVICE inline bool start_way(const SceneArrays& scene, const Segment& r
   return true;
 }
 
-/// The scene's answer where its only instance gives this one.
+/// The scene's answer if its sole instance gives this one.
 NIF_HOST_DEVICE inline SceneAnswer only_answer(const ObjectAnswer& answer, const Calibration& calibration,
                                                bool with_probability) {
   SceneAnswer result;

@@ -1,22 +1,22 @@
-// What a kernel asks of the thread that runs it, for each compiler: clang for AMD, nvcc for NVIDIA. The
-// host's counterpart is tests/gpu/emulator/emulator.hpp. This is the only file that knows compilers' names
-// for things.
+// What kernels need from the thread that runs them, for each compiler: clang for AMD, nvcc for NVIDIA. The
+// host's counterpart is tests/gpu/emulator/emulator.hpp. This is the only file that uses compiler-specific
+// names.
 //
-// Kernels are templates over Thread, which is a DeviceThread here and an EmulatedThread there. Nothing of HIP
-// or CUDA is included, and no device library is linked: clang or nvcc alone compiles them.
+// Kernels are templates over Thread, which is a DeviceThread here and an EmulatedThread there. No header of
+// HIP or CUDA is included, and no device library is linked: clang or nvcc alone compiles them.
 //
-// Of Thread:
-//   block(), blocks(), index(), threads()   which block of how many; which thread of it, of how many
-//   lane(), wave(), wave_size()             a wave is what runs in step: a warp of 32, or 32 or 64 lanes
+// Members of Thread:
+//   block(), blocks(), index(), threads()   the block, out of how many; the thread in it, out of how many
+//   lane(), wave(), wave_size()             a wave runs in step: a warp of 32, or 32 or 64 lanes
 //   shared()                                the block's shared memory, 16-byte aligned
-//   sync(), wave_sync()                     all threads of the block, or of the wave, have come here
+//   sync(), wave_sync()                     wait for all threads of the block, or of the wave
 //   ballot(b), shuffle(x, lane)             over the lanes of the wave
-//   add(p, n)                               adds n to *p at once, and returns what was there
+//   add(p, n)                               atomically adds n to *p, and returns the old value
 //   dot4(sum, a, b)                         sum + a0 b0 + .. + a3 b3, signed bytes
-//   dot2(sum, a, b)                         sum + a0 b0 + a1 b1, halves, where there are no matrix units
+//   dot2(sum, a, b)                         sum + a0 b0 + a1 b1, halves, if there are no matrix units
 //   and matrix products, see DeviceThread.
-// sync() and what concerns a wave must be come to by all threads of the block, or of the wave, that have not
-// ended.
+// All threads of the block, or of the wave, that have not ended must call sync() and the functions that
+// concern a wave.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +30,7 @@ typedef uint32_t Word __attribute__((may_alias));
 typedef uint16_t HalfWord __attribute__((may_alias));
 NIF_HOST_DEVICE inline uint32_t load_word(const void* from) { return *static_cast<const Word*>(from); }
 NIF_HOST_DEVICE inline void store_word(void* to, uint32_t word) { *static_cast<Word*>(to) = word; }
-/// So many words, aligned to all of them: one load.
+/// kCount words, aligned to their total size: one load.
 template <uint32_t kCount>
 struct alignas(4 * kCount) [[gnu::may_alias]] AlignedWords {
   uint32_t word[kCount];
@@ -40,8 +40,8 @@ NIF_HOST_DEVICE inline AlignedWords<kCount> load_words(const unsigned char* from
   return *reinterpret_cast<const AlignedWords<kCount>*>(from);
 }
 
-/// For functions so long that nvcc would call them, which takes more registers. clang takes more where they
-/// are inlined against its will.
+/// For functions so long that nvcc would not inline them, which takes more registers. clang takes more if it
+/// is forced to inline them.
 #if defined(__CUDACC__)
 #define NIF_LONG_INLINE __forceinline__
 #else
@@ -52,10 +52,10 @@ NIF_HOST_DEVICE inline AlignedWords<kCount> load_words(const unsigned char* from
 
 #if defined(__CUDACC__)
 #define NIF_DEVICE __device__ __forceinline__
-/// An entry point for blocks of so many threads, so many of which are to have room on a multiprocessor of
-/// NVIDIA's at least: that many registers a thread may take.
+/// An entry point: block size, and minimum resident blocks per NVIDIA multiprocessor, which limit a thread's
+/// registers.
 #define NIF_KERNEL(threads, blocks) extern "C" __global__ void __launch_bounds__(threads, blocks)
-/// A kernel's argument that is a structure: read where it lies, even at indices that are not constant.
+/// A structure as a kernel's argument: read in place, even at indices that are not constant.
 #define NIF_ARGUMENT const __grid_constant__
 extern __shared__ __align__(16) unsigned char nif_shared_memory[];
 #else
@@ -66,7 +66,7 @@ extern __shared__ __align__(16) unsigned char nif_shared_memory[];
 extern __attribute__((shared)) __attribute__((aligned(16))) unsigned char nif_shared_memory[];
 #endif
 
-/// Lanes of a wave of the device that code is being made for; on the host's side of a compiler, any number.
+/// Wave size of the device that code is being compiled for; in a compiler's host pass, any number.
 #if defined(__AMDGCN_WAVEFRONT_SIZE)
 inline constexpr uint32_t kDeviceWave = __AMDGCN_WAVEFRONT_SIZE;
 #else
@@ -99,14 +99,14 @@ class DeviceThread {
     return __dp4a(int32_t(a), int32_t(b), sum);
   }
 
-  /// c (16 x 8, as the four of each lane) += a (16 x 32) b (32 x 8).
+  /// c (16 x 8, four per lane) += a (16 x 32) b (32 x 8).
   NIF_DEVICE void mma_16x8x32(const uint32_t (&a)[4], const uint32_t (&b)[2], int32_t (&c)[4]) const {
     asm("mma.sync.aligned.m16n8k32.row.col.s32.s8.s8.s32 {%0, %1, %2, %3}, {%4, %5, %6, %7}, {%8, %9}, "
         "{%0, %1, %2, %3};"
         : "+r"(c[0]), "+r"(c[1]), "+r"(c[2]), "+r"(c[3])
         : "r"(a[0]), "r"(a[1]), "r"(a[2]), "r"(a[3]), "r"(b[0]), "r"(b[1]));
   }
-  /// c (16 x 8, as the four of each lane) += a (16 x 16) b (16 x 8), of halves.
+  /// c (16 x 8, four per lane) += a (16 x 16) b (16 x 8), of halves.
   NIF_DEVICE void mma_16x8x16(const uint32_t (&a)[4], const uint32_t (&b)[2], float (&c)[4]) const {
     asm("mma.sync.aligned.m16n8k16.row.col.f32.f16.f16.f32 {%0, %1, %2, %3}, {%4, %5, %6, %7}, {%8, %9}, "
         "{%0, %1, %2, %3};"
@@ -152,12 +152,12 @@ class DeviceThread {
 #elif defined(__AMDGCN__)
     return __builtin_amdgcn_sdot4(int(a), int(b), sum, false);
 #else
-    return sum + int32_t(a ^ b);  // never run: this is the host's side of the compiler
+    return sum + int32_t(a ^ b);  // never run: this is the compiler's host pass
 #endif
   }
 
 #if defined(__gfx1100__)
-  /// c (16 x 16, as the eight of each lane) += a (16 x 16) b (16 x 16).
+  /// c (16 x 16, eight per lane) += a (16 x 16) b (16 x 16).
   NIF_DEVICE void wmma_16x16x16(const uint32_t (&a)[4], const uint32_t (&b)[4], int32_t (&c)[8]) const {
     Vector<int, 4> va, vb;
     Vector<int, 8> vc;
@@ -166,11 +166,11 @@ class DeviceThread {
     vc = __builtin_amdgcn_wmma_i32_16x16x16_iu8_w32(true, va, true, vb, vc, false);
     for (int i = 0; i < 8; ++i) c[i] = vc[i];
   }
-  /// What lane() ^ 16 gives.
+  /// The value of lane() ^ 16.
   NIF_DEVICE uint32_t swap_16(uint32_t value) const {
     return __builtin_amdgcn_permlanex16(value, value, 0x76543210, 0xfedcba98, false, false);
   }
-  /// The same as above of halves, with sums in single precision.
+  /// The same for halves, with sums in single precision.
   NIF_DEVICE void wmma_16x16x16(const uint32_t (&a)[8], const uint32_t (&b)[8], float (&c)[8]) const {
     Vector<uint32_t, 8> va, vb;
     Vector<float, 8> vc;
@@ -181,7 +181,7 @@ class DeviceThread {
   }
 #endif
 #if defined(__gfx90a__)
-  /// c (16 x 16, as the four of each lane) += a (16 x 16) b (16 x 16).
+  /// c (16 x 16, four per lane) += a (16 x 16) b (16 x 16).
   NIF_DEVICE void mfma_16x16x16(uint32_t a, uint32_t b, int32_t (&c)[4]) const {
     Vector<int, 4> vc = {c[0], c[1], c[2], c[3]};
     vc = __builtin_amdgcn_mfma_i32_16x16x16i8(int(a), int(b), vc, 0, 0, 0);
@@ -189,7 +189,7 @@ class DeviceThread {
   }
 #endif
 #if defined(__gfx942__)
-  /// c (16 x 16, as the four of each lane) += a (16 x 32) b (32 x 16).
+  /// c (16 x 16, four per lane) += a (16 x 32) b (32 x 16).
   NIF_DEVICE void mfma_16x16x32(uint64_t a, uint64_t b, int32_t (&c)[4]) const {
     Vector<int, 4> vc = {c[0], c[1], c[2], c[3]};
     vc = __builtin_amdgcn_mfma_i32_16x16x32_i8(long(a), long(b), vc, 0, 0, 0);
@@ -197,7 +197,7 @@ class DeviceThread {
   }
 #endif
 #if defined(__gfx90a__) || defined(__gfx942__)
-  /// c (16 x 16, as the four of each lane) += a (16 x 16) b (16 x 16), of halves.
+  /// c (16 x 16, four per lane) += a (16 x 16) b (16 x 16), of halves.
   NIF_DEVICE void mfma_16x16x16(uint64_t a, uint64_t b, float (&c)[4]) const {
     Vector<float, 4> vc = {c[0], c[1], c[2], c[3]};
     vc = __builtin_amdgcn_mfma_f32_16x16x16f16(__builtin_bit_cast(Halves4, a), __builtin_bit_cast(Halves4, b),

@@ -1,5 +1,5 @@
-// How objects get to device memory, on the host: what is laid out for them there, and what the GPU module has
-// to know of each. The encodings' folders have an upload.cpp each.
+// How objects get to device memory, on the host: their layout there, and what the GPU module must know about
+// each. Every encoding has a source file for it in kernels/gpu/encodings.
 #pragma once
 
 #include <cstring>
@@ -12,13 +12,13 @@
 
 namespace nif::kernels::gpu {
 
-/// An arena that will lie at `base` in device memory. It is built twice: first to learn how large it is, and
-/// once more with pointers that hold.
+/// An arena that will lie at `base` in device memory. It is built twice: first to learn its size, then with
+/// valid pointers.
 class Arena {
  public:
   explicit Arena(const unsigned char* base) : base_(reinterpret_cast<uintptr_t>(base)) {}
 
-  /// Adds an array and lets the pointer point to where it will be. What several objects share is added once.
+  /// Adds an array and sets the pointer to its future address. Data that several objects share is added once.
   template <class T>
   void move(const T*& array, size_t count) {
     array = static_cast<const T*>(add(array, count * sizeof(T)));
@@ -28,7 +28,7 @@ class Arena {
     if (is_new && bytes > 0) append(from, bytes);
     return reinterpret_cast<const void*>(base_ + known->second);
   }
-  /// Adds a structure; it may have the address of one that is no more.
+  /// Adds a structure; its address may be that of an earlier one that no longer exists.
   template <class T>
   const T* add_structure(const T& value) {
     const size_t at = bytes_.size();
@@ -50,14 +50,14 @@ class Arena {
   std::map<std::pair<const void*, size_t>, size_t> placed_;
 };
 
-/// What kernels take for an object, and by which of them its items are answered.
+/// What kernels need for an object, and which of them answer its items.
 struct ObjectPlan {
   SceneObject object{};               ///< without its field, lists, scales and number
-  uint32_t row_words = 0;             ///< of shared memory, for a thread that goes all the way with its ray
-  uint32_t walk_words = 0;            ///< and for one of the pipeline's walk
-  Stage stages[2]{kStages, kStages};  ///< of both sorts of items; kStages: there are none
-  uint32_t stage_bytes = 0;           ///< of shared memory, of a block of either stage but kAlone
-  PipelineList list{};                ///< what its lists are like, without the field
+  uint32_t row_words = 0;             ///< of shared memory, for a thread that answers its ray alone
+  uint32_t walk_words = 0;            ///< and for a thread of the pipeline's traversal
+  Stage stages[2]{kStages, kStages};  ///< for both sorts of items; kStages: none
+  uint32_t stage_bytes = 0;           ///< of shared memory, for a block of either stage except kAlone
+  PipelineList list{};                ///< template of its lists, without the field
 
   template <class Layout>
   void set_layout(const Layout& layout) {
@@ -70,9 +70,9 @@ struct ObjectPlan {
 class FieldUpload {
  public:
   virtual ~FieldUpload() = default;
-  /// `half`: whether objects are asked in half precision where the encoding knows of that.
+  /// `half`: whether objects use half precision, if the encoding supports it.
   virtual ObjectPlan plan(bool half) const = 0;
-  /// Adds the field and all that it points to. Returns where the field will be.
+  /// Adds the field and all that it points to. Returns the field's future address.
   virtual const void* add_to(Arena& arena) const = 0;
 };
 

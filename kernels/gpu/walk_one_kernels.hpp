@@ -1,10 +1,10 @@
-// The pipeline's walk (pipeline_kernels.hpp) through a scene of one instance of a `segment` object.
+// The pipeline's traversal (pipeline_kernels.hpp) for a scene of one instance of a `segment` object.
 //
-// Rays take very different numbers of steps, so most lanes of a wave would wait for the longest of its rays.
-// Here a lane whose walk is over takes the next ray, after Aila and Laine (Understanding the Efficiency of
-// Ray Traversal on GPUs, HPG 2009). Waves take rays from one counter, as many at a time as make that rare.
+// Rays take very different numbers of steps, so most lanes of a wave would wait for its longest ray. Here a
+// lane whose traversal is over takes the next ray, after Aila and Laine (Understanding the Efficiency of Ray
+// Traversal on GPUs, HPG 2009). Waves take rays from one counter, enough at a time that this is rare.
 //
-// A walk of more runs than items have room for begins anew at once, and places the network's points.
+// A traversal with more intervals than items have room for restarts at once, and places the network's points.
 #pragma once
 
 #include "kernels/gpu/pipeline_kernels.hpp"
@@ -18,15 +18,15 @@ inline constexpr uint32_t kWaveShare = 64;
 struct WalkingLane {
   enum State : uint32_t { kIdle, kWalking, kOver };
   State state = kIdle;
-  bool again = false;  ///< the walk is a second one, which places points
+  bool again = false;  ///< the second traversal, which places points
   uint32_t ray = 0;
   WalkResult walk;
   LeapingWalk leaping;
 };
 
-/// As pipeline_walk(), to the same answers and items, but for items of points. Of the counts, the first,
-/// which has no other use where items are in no order, is that of the rays that were taken. Blocks of
-/// kBlockThreads, any number of them; kKeptWords for each thread.
+/// Like pipeline_walk(), with the same answers and items, except for items with points. The first of the
+/// counts, which is unused if items are not sorted, counts the rays that were taken. Any number of blocks of
+/// kBlockThreads; kKeptWords for each thread.
 template <bool kDetails, class Thread>
 NIF_HOST_DEVICE void pipeline_walk_one(const Thread& thread, const PipelineWork& work) {
   const SceneQuery& query = work.query;
@@ -37,7 +37,7 @@ NIF_HOST_DEVICE void pipeline_walk_one(const Thread& thread, const PipelineWork&
   const KeptRuns<kBlockThreads> runs(column);
   const KeptPoints points(column);
   const bool has_room = field.samples <= KeptPoints::kMost;
-  // Waiting for three lanes in eight is what was found best on an H200; from a quarter to a half is alike.
+  // Refilling when three lanes in eight are idle was best on an H200; a quarter to a half is about the same.
   const uint32_t few = thread.wave_size() * 5 / 8;
   const uint64_t lower = (uint64_t{1} << thread.lane()) - 1;
 
@@ -53,11 +53,11 @@ NIF_HOST_DEVICE void pipeline_walk_one(const Thread& thread, const PipelineWork&
     else
       runs.keep(i, run);
   };
-  // Of the wave: rays that it has taken, and whether there may be more.
+  // Of the wave: the rays that it has taken, and whether there may be more.
   uint32_t next = 0, last = 0;
   bool more = true;
   for (;;) {
-    // What walks that are over come to.
+    // Handles the results of traversals that are over.
     bool open = lane.state == WalkingLane::kOver;
     if (open && lane.walk.verdict != Verdict::ambiguous) {
       ObjectAnswer answer = answer_of(lane.walk);
@@ -91,7 +91,7 @@ NIF_HOST_DEVICE void pipeline_walk_one(const Thread& thread, const PipelineWork&
       }
     }
 
-    // The next rays.
+    // Takes the next rays.
     if (next == last && more) {
       uint32_t first = 0;
       if (thread.lane() == 0) first = thread.add(work.items.counts, kWaveShare);
@@ -110,7 +110,7 @@ NIF_HOST_DEVICE void pipeline_walk_one(const Thread& thread, const PipelineWork&
     const bool rest = next == last && !more;
     if (rest && thread.ballot(lane.state != WalkingLane::kIdle) == 0) return;
 
-    // On, until enough of the wave's walks are over, or all of the last ones.
+    // Continues until enough of the wave's traversals are over, or all of the last ones.
     while (count_bits(thread.ballot(lane.state == WalkingLane::kWalking)) > (rest ? 0 : few))
       if (lane.state == WalkingLane::kWalking && !lane.leaping.go_on(field, field.walk, lane.walk, keep))
         lane.state = WalkingLane::kOver;

@@ -1,8 +1,8 @@
-// The features of a field's corners as fast kernels look them up: a voxel's eight in one brick.
+// Stores the features of a field's corners so that kernels find them fast: all eight of a voxel in one brick.
 //
-// In the file each corner stands once, in the brick that it is the low end of a voxel of; here a brick has
-// the corners of all its voxels, 5 x 5 x 5 of them, those at its far ends too. A voxel then needs one look-up
-// in place of up to eight. kernels/packed/feature_grid makes them; the CPU's kernels and the GPU's read them.
+// In the file each corner is stored once, in the brick whose voxel it is the low end of. Here a brick has the
+// corners of all its voxels, 5 x 5 x 5, including those at the far ends. A voxel then needs one look-up
+// instead of up to eight. kernels/packed/feature_grid builds them; the CPU's kernels and the GPU's read them.
 #pragma once
 
 #include <cstdint>
@@ -13,12 +13,11 @@ namespace nif::kernels {
 
 /// The corners of one brick of voxels that have features, in order of z, y, x.
 struct CornerBrick {
-  uint32_t first;  ///< feature pair of its first corner
-  uint32_t
-      layer[5];  ///< of each z: bit x + 5 y where there is a corner; from bit 25, how many there are below
+  uint32_t first;     ///< feature pair of its first corner
+  uint32_t layer[5];  ///< for each z: bit x + 5 y if there is a corner; from bit 25, how many there are below
 };
 
-/// A field's, which has two features a corner.
+/// The corner bricks of a field with two features per corner.
 struct CornerBricks {
   const uint32_t* table = nullptr;      ///< as FeatureGrid::table
   const CornerBrick* bricks = nullptr;  ///< those with surface voxels; before them, one without corners

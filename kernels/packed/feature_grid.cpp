@@ -1,5 +1,5 @@
-// Goes over the bricks twice. The first pass copies the features at the 5 x 5 x 5 corners of each brick;
-// the second looks whether a corner with features was missed, which makes the grid incomplete.
+// Builds corner bricks in two passes. The first copies the features at the 5 x 5 x 5 corners of each brick;
+// the second checks whether a corner with features was missed, which makes the grid incomplete.
 #include "kernels/packed/feature_grid.hpp"
 
 #include <bit>
@@ -38,7 +38,7 @@ FeatureGrid::FeatureGrid(const SegmentField& field, std::pmr::memory_resource* m
           for (uint32_t left = layers[k]; left != 0; left &= left - 1) {
             const auto bit = uint32_t(std::countr_zero(left));
             const uint32_t corner = corner_index(field, 4 * x + bit % 5, 4 * y + bit / 5, 4 * z + k);
-            uint16_t pair = 0;  // what a corner without features counts as
+            uint16_t pair = 0;  // value of a corner without features
             if (corner != kNoCorner) std::memcpy(&pair, field.features + 2 * size_t(corner), 2);
             pairs.push_back(pair);
           }
@@ -68,7 +68,7 @@ std::vector<uint32_t> FeatureGrid::next_pairs() const {
 }
 
 const uint16_t* FeatureGrid::find(uint32_t x, uint32_t y, uint32_t z) const {
-  // A corner between bricks is that of up to eight.
+  // A corner between bricks belongs to up to eight of them.
   const auto first = [](uint32_t v) { return v > 0 ? (v - 1) / 4 : 0; };
   for (uint32_t bz = first(z); bz <= z / 4 && bz < size[2]; ++bz)
     for (uint32_t by = first(y); by <= y / 4 && by < size[1]; ++by)

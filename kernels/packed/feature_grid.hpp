@@ -1,4 +1,4 @@
-// Makes what kernels/packed/corner_bricks.hpp describes, when an asset is loaded or copied to a GPU.
+// Builds the corner bricks of kernels/packed/corner_bricks.hpp, when an asset is loaded or copied to a GPU.
 #pragma once
 
 #include <bit>
@@ -12,27 +12,27 @@
 namespace nif::kernels::cpu {
 
 struct FeatureGrid {
-  /// Empty unless the field has two features a corner.
+  /// Empty unless the field has two features per corner.
   FeatureGrid(const SegmentField& field, std::pmr::memory_resource* memory);
 
-  /// Both features of a corner; 0 where no surface voxel touches it.
+  /// Both features of a corner; 0 if no surface voxel touches it.
   uint16_t pair_at(uint32_t x, uint32_t y, uint32_t z) const;
 
-  /// [16 bricks, of voxels, in order of z, y, x]: bit k where brick k has surface voxels; from bit 16, how
-  /// many have before these.
+  /// One entry per 16 bricks of voxels, in order of z, y, x: bit k is set if brick k has surface voxels; from
+  /// bit 16, the number of such bricks before these.
   std::pmr::vector<uint32_t> table;
   std::pmr::vector<CornerBrick> bricks;  ///< those with surface voxels; before them, one without corners
   std::pmr::vector<uint16_t> pairs;      ///< both features of each corner, and two more
   uint32_t size[3];                      ///< bricks along each axis
 
-  /// Whether every corner of the field that has features is here: corners that no surface voxel touches are
-  /// not, nor is anything where there are not two features a corner.
+  /// Whether it has every corner of the field with features: it lacks corners that no surface voxel touches,
+  /// and is empty unless there are two features per corner.
   bool complete;
 
   /// [pairs]: each pair, and the next one in the upper half, as GPUs read them.
   std::vector<uint32_t> next_pairs() const;
 
-  /// Of a complete one.
+  /// Requires a complete grid.
   CornerBricks view() const {
     return {table.data(), bricks.data(), pairs.data(), uint32_t(bricks.size()), uint32_t(pairs.size())};
   }

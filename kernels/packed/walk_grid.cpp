@@ -1,5 +1,5 @@
-// Makes the boxes for empty-space skipping. The box of an empty voxel grows as a cube, then side by
-// side, as long as all in it is alike. Summed-area tables in 3D (Crow 1984) tell that in constant time.
+// Builds the boxes for empty-space skipping. The box of an empty voxel grows as a cube, then side by side,
+// while all voxels in it are alike. Summed-area tables in 3D (Crow 1984) test that in constant time.
 #include "kernels/packed/walk_grid.hpp"
 
 #include <algorithm>
@@ -19,7 +19,7 @@ class Counts {
   Counts(const uint32_t (&size)[3], std::pmr::memory_resource* memory)
       : row_(size[0] + 1), layer_(row_ * (size[1] + 1)), sums_(layer_ * (size[2] + 1), memory) {}
 
-  /// Counts the voxels of which counted(voxel).
+  /// Counts the voxels for which counted(voxel) is true.
   template <class Counted>
   void count(const uint32_t (&size)[3], const Counted& counted) {
     int32_t voxel[3];
@@ -35,7 +35,7 @@ class Counts {
       }
   }
 
-  /// In voxels low to high, the last included.
+  /// In voxels low to high, inclusive.
   uint32_t within(const int32_t (&low)[3], const int32_t (&high)[3]) const {
     const size_t x0 = size_t(low[0]), x1 = size_t(high[0]) + 1;
     const auto between = [&](int32_t y, int32_t z) {
@@ -51,13 +51,13 @@ class Counts {
   std::pmr::vector<uint32_t> sums_;
 };
 
-/// A box around a voxel or a brick, which grows while it holds nothing but what is counted.
+/// A box around a voxel or a brick. It grows as long as it holds only counted voxels.
 struct Box {
   const uint32_t (&size)[3];
   const Counts& counts;
-  int32_t low[3], high[3], most[6];  ///< most: to which each side may reach
+  int32_t low[3], high[3], most[6];  ///< most: limit of each side
 
-  /// From one voxel to another, both included.
+  /// From one voxel to another, both inclusive.
   Box(const uint32_t (&size_)[3], const Counts& counts_, const uint32_t (&from)[3], const uint32_t (&to)[3])
       : size(size_), counts(counts_) {
     for (uint32_t a = 0; a < 3; ++a) {
@@ -68,7 +68,7 @@ struct Box {
     }
   }
 
-  /// By so much on the sides from `first` to `last`: as a whole, or not at all.
+  /// Moves the sides from `first` to `last` outward by `by`: all of them, or none.
   bool grow(uint32_t first, uint32_t last, int32_t by) {
     int32_t new_low[3], new_high[3];
     uint32_t volume = 1;
@@ -110,8 +110,8 @@ void for_all(const uint32_t (&size)[3], const Visit& visit) {
       for (place[0] = 0; place[0] < size[0]; ++place[0]) visit(place);
 }
 
-/// The voxel at a place in a brick of 2^levels voxels along each axis. False where the grid does not reach so
-/// far.
+/// The voxel at a place in a brick of 2^levels voxels along each axis. Returns false if it lies beyond the
+/// grid.
 bool voxel_in(const uint32_t (&brick)[3], uint32_t levels, uint32_t place, const uint32_t (&size)[3],
               uint32_t (&voxel)[3]) {
   bool within = true;
@@ -138,7 +138,7 @@ struct VoxelWords {
     });
   }
 
-  /// Calls visit(word, its place in the brick) for each voxel of the grid that a brick of 2^levels has.
+  /// Calls visit(word, its place in the brick) for each voxel of the grid in a brick of 2^levels.
   template <class Visit>
   void for_brick(const uint32_t (&brick)[3], uint32_t levels, const Visit& visit) const {
     for (uint32_t place = 0; place < 1u << 3 * levels; ++place) {
@@ -147,7 +147,7 @@ struct VoxelWords {
         visit(words[voxel[0] + size[0] * (voxel[1] + size[1] * size_t(voxel[2]))], place);
     }
   }
-  /// The word that all of its voxels have, or one of kind kLink: they are not alike, or surface.
+  /// The word that all of the brick's voxels share, or a word of kind kLink if they differ or are surface.
   uint32_t word_of_brick(const uint32_t (&brick)[3], uint32_t levels) const {
     uint32_t all = kLink;
     for_brick(brick, levels, [&](uint32_t word, uint32_t place) {
@@ -160,7 +160,7 @@ struct VoxelWords {
 
 namespace {
 
-/// How many words bricks of 2^levels voxels take, their own and those of voxels.
+/// Number of words with bricks of 2^levels voxels, those of bricks and those of voxels.
 size_t words_with(const VoxelWords& voxels, uint32_t levels) {
   if (levels == 0) return voxels.words.size();
   const uint32_t bricks[3] = {walk_bricks(voxels.size[0], levels), walk_bricks(voxels.size[1], levels),
@@ -214,12 +214,12 @@ void WalkGrid::fill_bricks(const VoxelWords& all, size_t words) {
     voxels.resize(first + (size_t{1} << 3 * brick_levels), make_empty(0));
     all.for_brick(brick, brick_levels, [&](uint32_t own, uint32_t place) { voxels[first + place] = own; });
   });
-  // Kernels read one for lanes that need none, too.
+  // Kernels read one word even for lanes that need none.
   if (voxels.empty()) voxels.push_back(make_empty(0));
 }
 
 void WalkGrid::add_boxes(const uint32_t (&voxel_count)[3], std::pmr::memory_resource* memory) {
-  // Boxes that are written meanwhile keep these bits.
+  // Boxes that are written meanwhile leave these bits as they are.
   constexpr uint32_t kPlainBits = 0xff;
   Counts counts(voxel_count, memory);
   for (uint32_t side = 0; side < kSeenBoth; ++side) {

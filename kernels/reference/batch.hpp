@@ -1,4 +1,4 @@
-// One segment or one hit of a batch, as the scalar code has it.
+// Reads and writes single segments and hits of a batch, for scalar code.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 namespace nif::kernels {
 
-/// i < batch.count.
+/// Requires i < batch.count.
 inline Segment segment_of(const SegmentBatch& batch, uint32_t i) {
   Segment segment;
   for (int a = 0; a < 3; ++a) {
@@ -21,7 +21,7 @@ inline Segment segment_of(const SegmentBatch& batch, uint32_t i) {
   return segment;
 }
 
-/// i < kBatchRays. `count` stays as it is.
+/// Requires i < kBatchRays. Does not change `count`.
 inline void set_segment(SegmentBatch& batch, uint32_t i, const Segment& segment) {
   for (int a = 0; a < 3; ++a) {
     batch.origin[a][i] = segment.origin[a];
@@ -51,7 +51,7 @@ inline void set_hit(HitBatch& hits, uint32_t i, const Hit& hit) {
   hits.v[i] = hit.v;
 }
 
-/// The same hit for the first `count` segments, column by column.
+/// Writes the same hit for the first `count` segments, column by column.
 inline void fill_hits(HitBatch& hits, uint32_t count, const Hit& hit) {
   std::fill_n(hits.t, count, hit.t);
   std::fill_n(hits.low, count, hit.low);
@@ -62,7 +62,7 @@ inline void fill_hits(HitBatch& hits, uint32_t count, const Hit& hit) {
   std::fill_n(hits.v, count, hit.v);
 }
 
-/// `intersect_one(segment, limit)` finds each.
+/// Finds each hit with `intersect_one(segment, limit)`.
 template <class IntersectOne>
 void intersect_each(const SegmentBatch& batch, const float* limit, HitBatch& hits,
                     const IntersectOne& intersect_one) {

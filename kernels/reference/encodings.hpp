@@ -20,7 +20,7 @@
 
 namespace nif::kernels {
 
-/// One object, ready to be queried. Owns nothing; fields are plain pointers into a loaded asset.
+/// One object, ready to be queried. Owns nothing: its fields are plain pointers into a loaded asset.
 using AnyField = std::variant<SegmentField, SphericalField, TrianglesField, ExactField, PlanesField>;
 
 /// What users call an encoding; the number is that of NifEncoding.
@@ -33,7 +33,7 @@ inline constexpr EncodingName kEncodings[] = {
     {1, "segment"}, {2, "spherical"}, {3, "bvh"}, {4, "exact"}, {5, "proof"}};
 static_assert(std::size(kEncodings) == std::variant_size_v<AnyField>);
 
-/// The encoding that has a field.
+/// The encoding that a field type belongs to.
 template <class Field, size_t kPlace = 0>
 constexpr const EncodingName& encoding_of_field() {
   if constexpr (std::same_as<Field, std::variant_alternative_t<kPlace, AnyField>>)
@@ -42,7 +42,7 @@ constexpr const EncodingName& encoding_of_field() {
     return encoding_of_field<Field, kPlace + 1>();
 }
 
-/// The encoding of an object that has these parts and no others; null where there is none.
+/// The encoding with exactly these parts; null if there is none.
 constexpr const EncodingName* encoding_with(bool planes, bool triangles, bool network, bool spherical) {
   if (spherical) return planes || triangles || network ? nullptr : &encoding_of_field<SphericalField>();
   if (network) return planes && !triangles ? &encoding_of_field<SegmentField>() : nullptr;
@@ -50,7 +50,7 @@ constexpr const EncodingName* encoding_with(bool planes, bool triangles, bool ne
   return triangles ? &encoding_of_field<TrianglesField>() : nullptr;
 }
 
-/// The parts of an object as one field: those that it has, in an encoding that there is.
+/// Joins an object's parts into one field. Their combination must be an encoding.
 inline AnyField join_parts(const PlanesField* planes, const TrianglesField* triangles,
                            const NetworkField* network, const SphericalField* spherical) {
   if (spherical) return *spherical;
@@ -60,14 +60,14 @@ inline AnyField join_parts(const PlanesField* planes, const TrianglesField* tria
   return *triangles;
 }
 
-// These are templates so that nothing converts to an AnyField: an encoding that lacks one of its own
-// functions would call them in its place, without end.
+// These are templates so that nothing converts to an AnyField: an encoding that lacks one of these functions
+// would otherwise call the one here, forever.
 
 template <std::same_as<AnyField> Any>
 Answer query(const Any& field, const Segment& segment) {
   return std::visit([&](const auto& own) { return query(own, segment); }, field);
 }
-/// `limit`: see Hit.
+/// `limit` is described at Hit.
 template <std::same_as<AnyField> Any>
 Hit intersect(const Any& field, const Segment& segment, float limit = kNoHit) {
   return std::visit([&](const auto& own) { return intersect(own, segment, limit); }, field);
@@ -76,8 +76,8 @@ template <std::same_as<AnyField> Any>
 ObjectBox object_box(const Any& field) {
   return std::visit([](const auto& own) { return object_box(own); }, field);
 }
-/// Distances in object space, times this, are what stays_certain() limits. Infinite where the object itself
-/// lies farther from the origin of its space than kMostOffset.
+/// stays_certain() limits distances in object space multiplied by this. Infinite if the object itself lies
+/// farther from the origin of its space than kMostOffset.
 template <std::same_as<AnyField> Any>
 float reach_scale(const Any& field) {
   const float scale = std::visit([](const auto& own) { return reach_scale(own); }, field);

@@ -1,4 +1,4 @@
-// Half precision (IEEE 754 binary16) to single and back, exactly as hardware does it.
+// Converts between half (IEEE 754 binary16) and single precision exactly as hardware does.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@ namespace nif::kernels {
 inline constexpr uint16_t kHalfExponent = 0x7c00;  ///< all ones: infinite or NaN
 inline constexpr float kMaxHalf = 65504;           ///< the largest finite number
 
-// Devices have instructions that do the very same; compilers at work on a constant have not.
+// Devices have instructions for exactly this, but compilers cannot use them on constants.
 
 /// Exact. The number must be finite.
 NIF_HOST_DEVICE constexpr float from_half(uint16_t half) {
@@ -25,11 +25,11 @@ NIF_HOST_DEVICE constexpr float from_half(uint16_t half) {
 #endif
   const uint32_t sign = uint32_t(half & 0x8000u) << 16, magnitude = half & 0x7fffu;
   if (magnitude >= 0x400u) return bits_as<float>(sign | ((magnitude << 13) + (112u << 23)));
-  const float value = static_cast<float>(magnitude) * 0x1p-24f;  // denormal as half, not as float
+  const float value = static_cast<float>(magnitude) * 0x1p-24f;  // denormal as half, but not as float
   return sign != 0 ? -value : value;
 }
 
-/// To the nearest, ties to even; +-65504 beyond that. The number must not be NaN.
+/// Rounds to nearest, ties to even; beyond the range gives +-65504. The number must not be NaN.
 NIF_HOST_DEVICE constexpr uint16_t to_half(float value) {
 #if defined(__CUDA_ARCH__)
   if (!__builtin_is_constant_evaluated()) {
@@ -45,7 +45,7 @@ NIF_HOST_DEVICE constexpr uint16_t to_half(float value) {
   const float magnitude = value < 0 ? -value : value;
   if (magnitude >= kMaxHalf) return uint16_t(sign | 0x7bffu);
   if (magnitude <
-      0x1p-14f) {  // denormal as half: a multiple of 2^-24, rounded where its last bit has that unit
+      0x1p-14f) {  // denormal as half: a multiple of 2^-24, rounded where the last bit is that unit
     const float shifted = magnitude + 0.5f;
     return uint16_t(sign | (bits_as<uint32_t>(shifted) - bits_as<uint32_t>(0.5f)));
   }
@@ -53,7 +53,7 @@ NIF_HOST_DEVICE constexpr uint16_t to_half(float value) {
   return uint16_t(sign | (whole + 0xfffu + (whole >> 13 & 1)) >> 13);
 }
 
-/// Two of them as a word, `low` in its lower half.
+/// Packs two of them into a word, `low` in the lower half.
 NIF_HOST_DEVICE constexpr uint32_t to_halves(float low, float high) {
   return to_half(low) | uint32_t(to_half(high)) << 16;
 }

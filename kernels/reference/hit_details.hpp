@@ -1,5 +1,5 @@
-// What an asset has of an object's surface beside its encoding: it changes no hit, and is looked up where one
-// is written.
+// Surface data that an asset stores beside an object's encoding. It changes no hit; it is looked up when a
+// hit is written.
 #pragma once
 
 #include "kernels/reference/planes/colors.hpp"

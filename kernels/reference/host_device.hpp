@@ -1,8 +1,8 @@
-// One definition of the maths for every compiler: functions marked so are compiled for the host and, where a
-// GPU compiler reads them (clang for AMD, nvcc for NVIDIA), for the device too.
+// Lets every compiler share one definition of the maths: functions marked so are compiled for the host and,
+// if a GPU compiler reads them (clang for AMD, nvcc for NVIDIA), for the device too.
 //
-// What such a function may use: no containers, nothing that throws or allocates, and of the standard library
-// only types. No array that is indexed by a variable, either, where it would cost: GPUs keep those in memory.
+// Such a function may not use containers, throw or allocate, and may use only types of the standard library.
+// It should not index an array by a variable where speed matters: GPUs keep such arrays in memory.
 #pragma once
 
 #if defined(__CUDACC__)
@@ -13,12 +13,13 @@
 #define NIF_HOST_DEVICE
 #endif
 
-/// Before a loop over a short array: GPU compilers are to unroll it, because what is indexed by a variable
-/// cannot stay in registers.
+/// Put this before a loop over a short array. GPU compilers must unroll it, because an array that is indexed
+/// by a variable cannot stay in registers.
 #if defined(__CUDACC__) || defined(__HIP__)
 #define NIF_UNROLL _Pragma("unroll")
-#define NIF_NO_UNROLL _Pragma("unroll 1")  ///< where unrolling would take more registers than it is worth
-/// For functions that take such arrays, which a call would have in memory: compilers shy away from long ones.
+#define NIF_NO_UNROLL _Pragma("unroll 1")  ///< if unrolling would take more registers than it is worth
+/// For functions that take such arrays, which a call would force into memory: compilers do not inline long
+/// functions by themselves.
 #define NIF_INLINE __attribute__((always_inline)) inline
 #else
 #define NIF_UNROLL
@@ -26,18 +27,18 @@
 #define NIF_INLINE inline
 #endif
 
-/// For functions that kernels of a target compile as part of their own: called, they would be code for any
-/// processor, which runs slowly while wide registers are in use.
+/// For functions that each target's kernels must inline: a call would run code compiled for a generic
+/// processor, which is slow while wide registers are in use.
 #define NIF_PART_OF_KERNEL __attribute__((always_inline)) inline
 
-/// The same, of what is seldom needed. WebAssembly has one target, and counts bytes.
+/// The same for rarely executed code. WebAssembly has a single target, and there code size matters.
 #if defined(__wasm__)
 #define NIF_RARE_PART_OF_KERNEL __attribute__((noinline)) inline
 #else
 #define NIF_RARE_PART_OF_KERNEL NIF_PART_OF_KERNEL
 #endif
 
-/// Defined while code for a device is being made.
+/// Defined when compiling device code.
 #if defined(__CUDA_ARCH__) || (defined(__HIP__) && defined(__AMDGCN__))
 #define NIF_ON_DEVICE
 #endif

@@ -1,6 +1,6 @@
-// One placed object: how a ray gets from world to object space, when what is proven there is proven in the
-// world, and which rays need not be asked of the object at all. Like everything in kernels/reference the
-// order of operations defines the answer.
+// One placed object: how a ray gets from world to object space, when a proof there also holds in the world,
+// and which rays can skip the object. As everywhere in kernels/reference, the order of operations defines the
+// answer.
 #pragma once
 
 #include <algorithm>
@@ -12,16 +12,16 @@
 
 namespace nif::kernels {
 
-/// The way from world to object space: p -> inverse ((p - translation) - remainder).
+/// Transform from world to object space: p -> inverse ((p - translation) - remainder).
 struct WorldToObject {
   float inverse[9];      ///< of the transform's linear part, row-major, computed in double
-  float translation[3];  ///< rounded
-  float remainder[3];    ///< what that took from it; 0 where the translation is one of floats
+  float translation[3];  ///< rounded to float
+  float remainder[3];    ///< what rounding took from the translation; 0 if it is exact
 };
 
-/// Transforms are row-major 3x4, object to world. False where there is no inverse in single precision.
+/// Transforms are row-major 3x4, object to world. Returns false if there is no inverse in single precision.
 /// well_conditioned: the inverse is as good as its rounding to float, up to a scale of 1 : 4096. `remainder`,
-/// where it is not null, is added to the translation; it is at most half a unit in that one's last place.
+/// if not null, is added to the translation; it is at most half a unit in the translation's last place.
 inline bool invert(const float to_world[12], WorldToObject& transform, bool& well_conditioned,
                    const float* remainder = nullptr) {
   double m[9], inverse[9], norm = 0, inverse_norm = 0;
@@ -47,14 +47,14 @@ inline bool invert(const float to_world[12], WorldToObject& transform, bool& wel
   return true;
 }
 
-/// A coordinate relative to the instance's origin. The first difference is exact, or the remainder is less
-/// than 2^-22 of it: so the second one rounds it no worse than the first would alone.
+/// A coordinate relative to the instance's origin. Either the first difference is exact, or the remainder is
+/// less than 2^-22 of it; so the second difference rounds no worse than the first would alone.
 NIF_HOST_DEVICE inline float from_instance(const WorldToObject& transform, int axis, float coordinate) {
   return (coordinate - transform.translation[axis]) - transform.remainder[axis];
 }
 
-/// The ray in object space. The translation is taken off first, where it costs no precision near the
-/// instance, then the linear part. Not for identity transforms: they take rays as they are.
+/// Transforms the ray to object space. Subtracts the translation first, which costs no precision near the
+/// instance, then applies the linear part. Not for identity transforms, which leave rays as they are.
 NIF_HOST_DEVICE inline Segment to_object(const WorldToObject& transform, const Segment& world) {
   const float* m = transform.inverse;
   const float o[3] = {from_instance(transform, 0, world.origin[0]),
@@ -71,21 +71,25 @@ NIF_HOST_DEVICE inline Segment to_object(const WorldToObject& transform, const S
   return local;
 }
 
-/// How far the corners of an object's box may lie from the origin of its space, in the unit of kCertainReach.
+/// How far the corners of an object's box may lie from the origin of its space, in units of kCertainReach.
 inline constexpr float kMostOffset = 0x1p+11f;
 
-/// Does an answer that is certain for the ray in object space hold for the ray in world space? Yes where
-/// rounding on the way moved it by less than 1/218 of a finest cell, a third of what cells are padded by:
+/// Does an answer that is certain for the ray in object space also hold for the ray in world space? Yes if
+/// rounding on the way moved the ray by less than 1/218 of a finest cell, a third of the padding of cells:
 /// - origin: at most 5 roundings of 2^-24, each of the sum of magnitudes, which is kept below 2^11 cells; at
-///   most 6 where the translation has a remainder, of a sum that is kept below 2^11 / 1.25;
+///   most 6 if the translation has a remainder, of a sum that is kept below 2^11 / 1.25;
 /// - direction: at most 4, each of the sum of magnitudes, kept below 4 times the direction itself, over the
 ///   at most 2^11 + kMostOffset cells that the ray travels along any axis until it leaves the grid.
-/// The walk's own rounding, at less than a third of its allowed reach, takes at most another third of the
-/// padding, and both together less than the margin of planes (docs/encodings/segment.md, "Instances").
-/// For a `bvh` object kBvhUnits to its extent stand for cells: nothing pads its triangles, and its answer is
-/// that of a ray moved by less than 2^-14 of the extent (whose corners are at most 64 units away).
-/// So for a `spherical` one with kSphericalUnits to its diagonal, and kSphericalMargin.
-/// Presumes that the inverse is as good as its rounding to float; not for identity transforms: yes.
+/// The rounding of the traversal itself, at less than a third of its allowed reach, takes at most another
+/// third of the padding, and both together less than the margin of planes (docs/encodings/segment.md,
+/// "Instances").
+///
+/// A `bvh` object counts units instead of cells, kBvhUnits to its extent: nothing pads its triangles, and its
+/// answer is that of a ray moved by less than 2^-14 of the extent (whose corners are at most 64 units away).
+/// A `spherical` object counts kSphericalUnits to its diagonal, with kSphericalMargin.
+///
+/// Assumes that the inverse is as good as its rounding to float. Not for identity transforms, where the
+/// answer is always yes.
 NIF_HOST_DEVICE inline bool stays_certain(const WorldToObject& transform, float reach_scale,
                                           const Segment& world, const Segment& local) {
   const float* m = transform.inverse;
@@ -106,31 +110,31 @@ NIF_HOST_DEVICE inline bool stays_certain(const WorldToObject& transform, float 
   return world.tmin > world.tmax || (reach * reach_scale <= kCertainReach / 8 && spread <= 4 * steepest);
 }
 
-// ---- The box rule: in a scene of several instances an object is asked only of rays that may meet its box.
+// ---- The box test: in a scene of several instances an object sees only the rays that may meet its box.
 //
-// The box lies around the object's whole grid and kBoxMargin voxels more (or around its BVH and as much
-// more), computed in double and rounded outward. The test below may let rays through that miss it but stops
-// none that meets it: each t carries at most 3 roundings, 3 * 2^-24 of itself, and the slack is 2^-16. So a
-// ray that is stopped misses the object for certain, however far away it starts; and one that is in reach of
-// the object's own proofs and meets its grid, as the object sees it, is never stopped, because rounding on
-// the way to object space moves it by less than the margin.
+// The box contains the object's whole grid and kBoxMargin more voxels (or its BVH and as large a margin),
+// computed in double and rounded outward. The test below may pass rays that miss the box but never stops one
+// that meets it: each t carries at most 3 roundings, 3 * 2^-24 of itself, and the slack is 2^-16. So a ray
+// that is stopped certainly misses the object, however far away it starts. And a ray that is in reach of the
+// object's proofs and meets its grid in object space is never stopped, because rounding on the way to object
+// space moves it by less than the margin.
 //
-// Where t is too small for that slack, kLeastSlack is more than what underflow takes. A t beyond kMostT
-// counts as kMostT, because it may overflow and a tmax that is finite may not.
+// If t is too small for that slack, kLeastSlack covers underflow. A t beyond kMostT counts as kMostT, because
+// it may overflow although tmax is finite.
 //
-// Along an axis where the direction is 0, the distances to the box's planes are infinities with the sign of
-// the side on which the origin lies, so that the ray is within for ever or never; NaN where it lies on a
-// plane, which the order in min_of and max_of makes a ray that misses, as it misses all boxes within. (Such a
-// ray with a tmin or tmax beyond kMostT may pass the box, and yet miss one around it: it misses the object.)
-// A smaller component than kLeastComponent counts as 0. No difference of a plane and an origin overflows:
-// both are limited.
+// If the direction is 0 along an axis, the distances to the box's planes are infinities whose sign tells on
+// which side the origin lies, so the ray is always inside or always outside. If the origin lies on a plane,
+// the distance is NaN, and the order in min_of and max_of makes the ray a miss, as it misses all boxes
+// within. (Such a ray with a tmin or tmax beyond kMostT may pass the box but miss a box around it; it misses
+// the object.) A component smaller than kLeastComponent counts as 0. No difference of a plane and an origin
+// overflows, because both are limited.
 
 inline constexpr float kBoxSlack = 0x1p-16f;
 inline constexpr float kLeastSlack = 0x1p-130f;
 inline constexpr float kMostT = 0x1p+127f;
 inline constexpr float kLeastComponent = 0x1p-126f;
 inline constexpr float kMostPlane = 0x1p+127f;
-inline constexpr float kToOverflow = 4;  ///< times what is too far away: 2^126 and more
+inline constexpr float kToOverflow = 4;  ///< times a distance that is too large: 2^126 and more
 
 struct WorldBox {
   float min[3], max[3];
@@ -147,21 +151,21 @@ inline WorldBox world_box(const ObjectBox& object, const float to_world[12],
       least += m * (m < 0 ? object.high[a] : object.low[a]);
       most += m * (m < 0 ? object.low[a] : object.high[a]);
     }
-    // Planes are moved outward only.
+    // Planes only move outward.
     box.min[row] = std::min(std::nextafter(static_cast<float>(least), -kInfinity), kMostPlane);
     box.max[row] = std::max(std::nextafter(static_cast<float>(most), kInfinity), -kMostPlane);
   }
   return box;
 }
 
-/// What the test needs of a ray besides its origin, tmin and tmax: 1 / direction, infinity where that is 0.
+/// What the box test needs besides a ray's origin, tmin and tmax: 1 / direction, infinity if that is 0.
 struct BoxRay {
   float inverse[3];
 };
 
-/// False where the ray is none, so that no object is asked: a number that is not finite (tmin and tmax may be
-/// infinite), an origin of 2^126 or more, no direction, one smaller or larger than can be computed with, or
-/// tmin > tmax.
+/// Returns false if the ray is invalid, so that no object sees it: a number is not finite (tmin and tmax may
+/// be infinite), the origin is 2^126 or more, the direction is zero or too small or too large to compute
+/// with, or tmin > tmax.
 NIF_HOST_DEVICE inline bool prepare_box_ray(const Segment& ray, BoxRay& prepared) {
   float steepest = 0;
   bool finite = true;
@@ -176,12 +180,12 @@ NIF_HOST_DEVICE inline bool prepare_box_ray(const Segment& ray, BoxRay& prepared
   return finite && steepest >= kMinDirection && steepest <= kMaxDirection && ray.tmin <= ray.tmax;
 }
 
-/// Where a ray may be in a box, as t, within its own tmin and tmax; nowhere if enter > leave.
+/// The interval of t, within the ray's own, in which the ray may be in a box; empty if enter > leave.
 struct BoxPassage {
   float enter, leave;
 };
 
-/// Each operation is monotone in the box's planes: where a ray passes a box it passes each box around it.
+/// Each operation is monotone in the box's planes: a ray that passes a box passes each box around it.
 NIF_HOST_DEVICE inline BoxPassage pass_box(const WorldBox& box, const Segment& ray, const BoxRay& prepared) {
   float near[3], far[3];
   for (int a = 0; a < 3; ++a) {

@@ -1,4 +1,4 @@
-// The reference as an ObjectKernel: what `isa=scalar` runs, for any encoding.
+// Runs the reference as an ObjectKernel: `isa=scalar`, for any encoding.
 #pragma once
 
 #include <concepts>
@@ -9,7 +9,8 @@
 
 namespace nif::kernels {
 
-/// intersect(), of whatever field is known where this is used: within a kernel that name is the kernel's own.
+/// Calls the intersect() of whatever field is known at the call: inside a kernel that name is the kernel's
+/// own.
 template <class Field>
 Hit first_hit(const Field& field, const Segment& segment, float limit) {
   return intersect(field, segment, limit);

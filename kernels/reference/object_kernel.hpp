@@ -1,5 +1,5 @@
-// What the runtime asks of an object, whatever its encoding and whatever instruction set answers: many rays
-// at a time, in object space.
+// The interface between the runtime and an object, for every encoding and instruction set: it answers many
+// rays at a time, in object space.
 #pragma once
 
 #include <algorithm>
@@ -11,11 +11,11 @@
 
 namespace nif::kernels {
 
-/// Rays of one call at most. Large enough that the ends of batches, where SIMD lanes idle, do not count;
-/// small enough that a batch and what kernels write about it stay in the second-level cache.
+/// Rays of one call, at most. Large enough that idle SIMD lanes at the ends of batches do not matter; small
+/// enough that a batch and a kernel's notes about it stay in the second-level cache.
 inline constexpr uint32_t kBatchRays = 1024;
 
-/// Segments in object space, component by component. Entries from `count` on have no meaning.
+/// Segments in object space, component by component. Entries from `count` on are undefined.
 struct SegmentBatch {
   uint32_t count;
   alignas(64) float origin[3][kBatchRays];
@@ -23,19 +23,19 @@ struct SegmentBatch {
   float tmin[kBatchRays], tmax[kBatchRays];
 };
 
-/// Entry i answers segment i: visible where logit[i] >= 0; +-kCertainLogit where no network was asked.
+/// Entry i answers segment i: visible if logit[i] >= 0; +-kCertainLogit if no network was evaluated.
 struct AnswerBatch {
   alignas(64) int32_t logit[kBatchRays];
   uint8_t certain[kBatchRays];  ///< 0 or 1
 };
 
-/// Where segments are left open, as t; entry i has a meaning where answer i is not certain.
+/// The interval of each segment that is left open, as t. Entry i is defined if answer i is not certain.
 struct OpenBatch {
   alignas(64) float begin[kBatchRays];
   float end[kBatchRays];
 };
 
-/// Entry i is the first hit of segment i: members as in kernels::Hit.
+/// Entry i is the first hit of segment i. The members are those of kernels::Hit.
 struct HitBatch {
   alignas(64) float t[kBatchRays];
   float low[kBatchRays], high[kBatchRays];
@@ -44,7 +44,7 @@ struct HitBatch {
   float u[kBatchRays], v[kBatchRays];
 };
 
-/// Memory for a kernel to work in, one for each thread; 64-byte aligned, nothing is kept in it between calls.
+/// Working memory of a kernel, one block per thread; 64-byte aligned. Nothing is kept in it between calls.
 inline constexpr size_t kKernelScratchBytes = 512 * 1024;
 
 /// Memory that a kernel holds besides the field that it was made from.
@@ -56,26 +56,26 @@ struct BuiltBytes {
 class ObjectKernel {
  public:
   virtual ~ObjectKernel() = default;
-  /// Answers batch.count segments, as kernels/reference says, to the bit. Thread-safe; allocates nothing;
-  /// `scratch` is kKernelScratchBytes.
+  /// Answers batch.count segments with exactly the bits of kernels/reference. Thread-safe; allocates nothing;
+  /// `scratch` has kKernelScratchBytes.
   virtual void answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const = 0;
-  /// The same by proofs alone, where the encoding has some: `open` gets the part of each segment that has to
-  /// be looked at where the answer is not certain. By default, all of it.
+  /// The same by proofs alone, if the encoding has any: where the answer is not certain, `open` gets the part
+  /// of the segment that must still be tested. By default that is the whole segment.
   virtual void prove(const SegmentBatch& batch, AnswerBatch& answers, OpenBatch& open, void* scratch) const {
     answer(batch, answers, scratch);
     std::copy_n(batch.tmin, batch.count, open.begin);
     std::copy_n(batch.tmax, batch.count, open.end);
   }
-  /// Finds the first hit of batch.count segments, as kernels/reference says, to the bit. `limit`:
-  /// [batch.count], as intersect() has it.
+  /// Finds the first hit of batch.count segments with exactly the bits of kernels/reference. `limit`
+  /// [batch.count] is described at intersect().
   virtual void intersect(const SegmentBatch& batch, const float* limit, HitBatch& hits,
                          void* scratch) const = 0;
   virtual BuiltBytes built_bytes() const { return {}; }
-  /// Whether it reads the memory of that field, which then must stay.
+  /// Whether the kernel reads the field's memory, which must then stay valid.
   virtual bool reads_field() const { return true; }
 };
 
-/// Gives a kernel's memory back to where it came from.
+/// Returns a kernel's memory to its allocator.
 struct KernelDeleter {
   std::pmr::memory_resource* memory = nullptr;
   size_t bytes = 0, alignment = 0;

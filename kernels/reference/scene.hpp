@@ -1,4 +1,4 @@
-// How the answers of several instances become one, whatever the order in which they come.
+// Combines the answers of several instances into one, independent of their order.
 #pragma once
 
 #include <cmath>
@@ -8,20 +8,20 @@
 
 namespace nif::kernels {
 
-/// What probabilities take of a mathematics library: the host's. GPUs have one of their own
-/// (kernels/gpu/maths.hpp), whose last bits may differ.
+/// The maths library that probabilities use: the host's. GPUs have their own (kernels/gpu/maths.hpp), whose
+/// last bits may differ.
 struct HostMaths {
   static float exp(float x) { return std::exp(x); }
   static double exp(double x) { return std::exp(x); }
   static double log1p(double x) { return std::log1p(x); }
 };
 
-/// Where a network was asked: no sum overflows, see formats/nif/network/read.cpp.
+/// For logits of a network: no sum overflows, see formats/nif/network/read.cpp.
 NIF_HOST_DEVICE inline float log_odds(int32_t logit, const Calibration& calibration) {
   return static_cast<float>(logit + calibration.threshold) * calibration.scale;
 }
 
-/// The odds of being visible as a probability: exactly 1 or 0 where no network was asked.
+/// The probability of being visible: exactly 1 or 0 if no network was evaluated.
 template <class Maths = HostMaths>
 NIF_HOST_DEVICE inline float visible_probability(int32_t logit, const Calibration& calibration) {
   if (logit == kCertainLogit) return 1;
@@ -29,8 +29,9 @@ NIF_HOST_DEVICE inline float visible_probability(int32_t logit, const Calibratio
   return 1.0f / (1.0f + Maths::exp(-log_odds(logit, calibration)));
 }
 
-/// One ray's answers so far. Blocked for certain: the rest need not be asked. Probabilities are multiplied as
-/// a sum of logarithms in fixed point, because a product of floats depends on the order of its factors.
+/// One ray's answers so far. Once it is certainly blocked, the other instances can be skipped. Probabilities
+/// are multiplied as a sum of logarithms in fixed point, because a product of floats depends on the order of
+/// its factors.
 template <class Maths>
 class CombinedAnswerBy {
  public:
@@ -48,7 +49,7 @@ class CombinedAnswerBy {
   }
 
   NIF_HOST_DEVICE bool blocked_for_certain() const { return blocked_for_certain_; }
-  /// The smallest one; below 0: occluded.
+  /// The smallest logit; below 0: occluded.
   NIF_HOST_DEVICE int32_t logit() const { return logit_; }
   NIF_HOST_DEVICE bool certain() const { return logit_ < 0 ? blocked_for_certain_ : all_certain_; }
   NIF_HOST_DEVICE float probability() const {
@@ -64,7 +65,7 @@ class CombinedAnswerBy {
   int64_t sum_ = 0;  ///< of -log(probability), times kFixedOne
   float single_ = 1;
   int32_t logit_ = kCertainLogit;
-  uint8_t learned_ = 0;  ///< answers of networks: 0, 1, or 2 for more
+  uint8_t learned_ = 0;  ///< answers by networks: 0, 1, or 2 for more
   bool all_certain_ = true, blocked_for_certain_ = false;
 };
 using CombinedAnswer = CombinedAnswerBy<HostMaths>;

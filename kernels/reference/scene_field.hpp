@@ -1,6 +1,6 @@
 // The memory of a scene's top level: a bounding volume hierarchy (BVH) over the instances' world boxes, four
-// children a node, and the instances themselves. The runtime builds it; what follows a ray through it, on the
-// CPU or on a GPU, reads it.
+// children a node, and the instances themselves. The runtime builds it; the traversals on CPU and GPU read
+// it.
 #pragma once
 
 #include <cstdint>
@@ -13,22 +13,22 @@ inline constexpr uint32_t kTopWidth = 4;
 inline constexpr uint32_t kTopLeaf = 0x80000000u;
 inline constexpr uint32_t kNoPlace = 0xffffffffu;
 
-/// The boxes of the instances themselves are the innermost children: they are stored nowhere else.
+/// The boxes of the instances are the innermost children and stored nowhere else.
 struct alignas(64) TopNode {
-  float min[3][kTopWidth], max[3][kTopWidth];  ///< inverted where there is no child
+  float min[3][kTopWidth], max[3][kTopWidth];  ///< inverted if there is no child
   uint32_t child[kTopWidth];                   ///< a node, or kTopLeaf | instance
-  uint32_t lanes;                              ///< a bit for each child that is there
-  uint32_t parent;  ///< the place of this node in its parent; of the root: kNoPlace
+  uint32_t lanes;                              ///< a bit for each existing child
+  uint32_t parent;                             ///< index of this node in its parent; kNoPlace for the root
 };
 static_assert(sizeof(TopNode) == 128);
 
-/// One placed object, as compact as a scene of very many needs it.
+/// One placed object, as compact as a scene with very many needs it.
 struct PlacedInstance {
   WorldToObject to_object;
   uint32_t object : 30;           ///< index among the scene's objects
-  uint32_t identity : 1;          ///< rays are taken as they are
+  uint32_t identity : 1;          ///< rays need no transform
   uint32_t well_conditioned : 1;  ///< the inverse is as good as its rounding to float
-  uint32_t place;  ///< of its box in the hierarchy: kTopWidth * node + child; kNoPlace: in none
+  uint32_t place;  ///< of its box in the hierarchy: kTopWidth * node + child; kNoPlace if it has none
   uint32_t mask;   ///< a ray meets it only if their masks have a bit in common
 };
 static_assert(sizeof(PlacedInstance) == 72);

@@ -1,5 +1,5 @@
-// How the first hits of several instances become one, whatever the order in which they come, and the normal
-// there in world space.
+// Combines the first hits of several instances into one, independent of their order, and computes the normal
+// in world space.
 #pragma once
 
 #include "kernels/reference/hit.hpp"
@@ -13,10 +13,10 @@ inline constexpr uint32_t kNoInstance = 0xffffffff;
 struct SceneHit : Hit {
   uint32_t instance = kNoInstance;
 
-  /// Nothing is met so far, for certain.
+  /// Starts with: nothing is met, for certain.
   NIF_HOST_DEVICE SceneHit() { low = kNoHit; }
 
-  /// The hit with the least t, and of several the one in the first instance.
+  /// Keeps the hit with the least t; of several equal ones, the one in the first instance.
   NIF_HOST_DEVICE NIF_INLINE void add(const Hit& hit, uint32_t in) {
     const float least = min_of(hit.low, low), most = min_of(hit.high, high);
     if (hit.t < t || (hit.t == t && in < instance && hit.t < kNoHit)) {
@@ -28,26 +28,27 @@ struct SceneHit : Hit {
   }
 };
 
-/// Takes back what an instance's transform leaves no proof of.
+/// Drops the proofs that do not survive an instance's transform.
 NIF_HOST_DEVICE inline void forget_proof(Hit& hit) { hit.low = -kNoHit, hit.high = kNoHit; }
 
-/// Nothing of an instance is met before its box, which a ray enters at `enter`. So an instance whose box
-/// begins beyond a proven hit changes nothing, and need not be asked. Where the box begins farther away than
-/// a float can say, nothing is proven of it.
+/// Nothing of an instance is met before its box, which the ray enters at `enter`. So an instance whose box
+/// begins beyond a proven hit changes nothing and can be skipped. If the box begins farther away than a float
+/// can say, nothing is proven about it.
 NIF_HOST_DEVICE inline void begin_in_box(Hit& hit, float enter) {
   if (!(enter < kMostT)) return;
   hit.low = max_of(hit.low, enter);
   if (hit.t < kNoHit) hit.t = max_of(hit.t, enter);
 }
 
-/// Of unit length, on the side that the ray comes from, from a hit's normal in object space; where that is 0,
-/// the way that the ray comes from. `transform`: null for the identity.
+/// Turns a hit's normal in object space into one in world space, of unit length, on the side that the ray
+/// comes from. If the normal is 0, the result is the direction towards the ray's origin. `transform`: null
+/// for the identity.
 NIF_HOST_DEVICE inline void world_normal(const WorldToObject* transform, const float (&normal)[3],
                                          const float (&direction)[3], float (&result)[3]) {
   double n[3], square = 0, along = 0;
   NIF_UNROLL
   for (int a = 0; a < 3; ++a) {
-    // Normals go the other way: by the transpose of the inverse.
+    // Normals transform by the transpose of the inverse.
     n[a] = !transform ? double(normal[a])
                       : (double(transform->inverse[a]) * double(normal[0]) +
                          double(transform->inverse[3 + a]) * double(normal[1])) +

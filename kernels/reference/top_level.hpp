@@ -1,20 +1,20 @@
-// Following one ray through a scene's hierarchy, from one instance that it may meet to the next. No stack:
-// the way back is kept as a few bits a level, and the nodes know their parents.
+// Traverses a scene's hierarchy with one ray, from one instance that it may meet to the next. No stack: a few
+// bits per level record the way back, and nodes know their parents.
 #pragma once
 
 #include "kernels/reference/scene_field.hpp"
 
 namespace nif::kernels {
 
-/// Where a ray's traversal of the hierarchy goes on: the node, and the children still to be visited of it
-/// (lowest 4 bits), of its parent (next 4), and so on.
+/// Where a ray's traversal of the hierarchy continues: the node, and the children still to be visited: its
+/// own (lowest 4 bits), its parent's (next 4), and so on.
 struct Cursor {
   uint64_t trail;
   uint32_t node;
 };
 
-/// The next instance whose box the ray may meet, or kNoPlace after the last. may_meet(node) says which
-/// children of a node the ray may meet, as bits; a ray starts with those of the root.
+/// The next instance whose box the ray may meet, or kNoPlace after the last. may_meet(node) returns the
+/// children of a node that the ray may meet, as bits; a ray starts with those of the root.
 template <class MayMeet>
 NIF_HOST_DEVICE inline uint32_t next_instance(const TopNode* nodes, Cursor& cursor, const MayMeet& may_meet) {
   uint64_t trail = cursor.trail;

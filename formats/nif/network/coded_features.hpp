@@ -1,5 +1,5 @@
-// How features are coded. They are nearly random: what little they take less, they take because some values
-// are more common than others. Neighbouring corners say nothing of one another (docs/results/planes.md).
+// Codes features. They are nearly random: the small gain comes from some values being more common than
+// others. Neighbouring corners tell nothing about each other (docs/results/planes.md).
 #pragma once
 
 #include <array>
@@ -9,8 +9,8 @@
 
 namespace nif::format {
 
-/// Codes count values, one channel after the other of each corner. `truth` are those to be encoded, as bytes;
-/// a decoder does not look at them. `to` gets them in either case, and may be `truth`.
+/// Codes `count` values, one channel of each corner after the other. `truth` holds the bytes to encode; a
+/// decoder does not read it. `to` receives the values in either case, and may be `truth`.
 template <class Coder>
 void code_features(Coder& coder, uint64_t count, uint32_t channels, const int8_t* truth, int8_t* to) {
   std::array<SymbolModel<8>, kernels::kMaxFeatures> models;

@@ -1,4 +1,4 @@
-// Which corners have features where the file does not say it: those around surface voxels.
+// Finds the corners that have features if the file does not list them: those around surface voxels.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace nif::format {
 
-/// Of a brick among bricks.
+/// Position of a brick in the grid of bricks.
 using BrickAt = std::array<int32_t, 3>;
 
 /// Surface voxels of a brick, and of those below it, spread upward by one along axis 0 to `axis`. Along all

@@ -1,4 +1,4 @@
-// The network part, as files hold it: features at corners of the planes' voxels, and networks, which objects
+// The network part as files store it: features at corners of the planes' voxels, and networks, which objects
 // may share.
 #pragma once
 
@@ -30,11 +30,11 @@ enum NetworkSection : uint32_t {
 /// How the payloads are stored, as bits.
 enum NetworkForm : uint32_t {
   kCodedFeatures = 1,
-  kCornersAround = 2,  ///< corners with features are those around surface voxels: their payload is empty
+  kCornersAround = 2,  ///< corners with features are those around surface voxels: the payload is empty
   kNetworkForms = 3    ///< all bits
 };
 
-struct NetworkRecord {  // 64 bytes: the members of kernels::NetworkField of the same names
+struct NetworkRecord {  // 64 bytes: the members of kernels::NetworkField with the same names
   uint32_t mlp;         ///< index into kMlps; objects may share one
   uint32_t corners;
   uint32_t features_per_corner;
@@ -55,7 +55,7 @@ struct MlpRecord {  // 80 bytes
   uint32_t layer_count;
   float logit_scale;
   LayerRecord layers[4];  ///< those beyond layer_count are 0
-  int32_t threshold;      ///< what the last layer's bias already lacks
+  int32_t threshold;      ///< already subtracted from the last layer's bias
   uint32_t reserved;      ///< 0
   Payload weights;        ///< for each layer in turn, without gaps (inputs is a multiple of 4):
                           ///< int32 biases [outputs], int8 weights [outputs][inputs]
@@ -68,8 +68,8 @@ struct Layer {
   std::vector<int8_t> weights;  ///< [outputs][inputs]
 };
 
-/// A multilayer perceptron in integers, as kernels::Network. Logits are less by `threshold` than what was
-/// trained, because the last bias is: see lean().
+/// A multilayer perceptron in integers, as kernels::Network. Its logits are lower than trained by
+/// `threshold`, which is subtracted from the last bias: see lean().
 struct Mlp {
   std::vector<Layer> layers;
   float logit_scale = 1;
@@ -78,14 +78,14 @@ struct Mlp {
   kernels::Calibration calibration() const { return {logit_scale, threshold}; }
 };
 
-/// The least and the largest output of a network, for any inputs. int64: a network need not be valid.
+/// The least and the largest output of a network, for any inputs. int64, because a network need not be valid.
 struct OutputRange {
   int64_t least, largest;
 };
 OutputRange output_range(const Mlp& mlp);
 
-/// Raises the threshold, and lowers every output, by `by`: answers lean to occluded where it is above 0.
-/// Probabilities stay.
+/// Raises the decision threshold by `by` and lowers every output by as much: above 0, answers shift towards
+/// occluded. Probabilities stay the same.
 void lean(Mlp& mlp, int32_t by);
 
 /// The network part of one object; members as in kernels::NetworkField.
@@ -98,24 +98,24 @@ struct NetworkData {
   uint32_t features_per_corner = 0;
   uint32_t samples = 0;
   float length_scale = 0;
-  uint32_t coded = 0;  ///< NetworkForm: what a file is to have so, where that is possible and smaller
+  uint32_t coded = 0;  ///< NetworkForm: what to code in a file, if possible and smaller
 };
 
-/// Bytes of the payloads where none is coded.
+/// Bytes of the payloads if none is coded.
 struct UncodedNetwork {
   uint64_t corners, features;
 
-  /// Of a record, or of what else has such members.
+  /// From a record, or anything else with such members.
   template <class Record>
   UncodedNetwork(const Record& r, uint32_t mixed_bricks)
       : corners(uint64_t{mixed_bricks} * (sizeof(uint64_t) + sizeof(uint32_t))),
         features(uint64_t{r.corners} * r.features_per_corner) {}
 
-  /// Whether a file may have them coded, in so many bytes together.
+  /// Whether a file may have them coded in this many bytes together.
   bool may_take(uint64_t bytes) const { return corners + features <= kMostExpansion * bytes; }
 };
 
-/// The kernels' view on planes like these; valid while data and network live and are not changed.
+/// The kernels' view on planes like these; valid while data and network live and do not change.
 kernels::NetworkField field_of(const NetworkData& data, const Mlp& mlp, const kernels::PlanesField& planes);
 
 struct MlpView {
@@ -126,19 +126,19 @@ struct MlpView {
 struct NetworkView {
   uint32_t mlp = 0;             ///< index into AssetView::mlps
   float length_scale = 0;       ///< as in NetworkData
-  kernels::NetworkField field;  ///< ready to be queried, on the planes of its object
-  PayloadBytes features;        ///< with the corners
+  kernels::NetworkField field;  ///< ready to be queried, together with its object's planes
+  PayloadBytes features;        ///< including the corners
   uint32_t coded = 0;           ///< as in NetworkData
 
   std::array<PartBytes, 1> parts() const { return {{{"features", features.file, features.decoded}}}; }
-  /// After this nothing points into the file, and the field cannot be queried; its numbers stay.
+  /// Afterwards nothing points into the file, and the field cannot be queried; its numbers stay.
   void drop_bytes();
 };
 
 /// As PlanesReader.
 class NetworkReader {
  public:
-  /// Reads what objects share, into the asset.
+  /// Reads what objects share into the asset.
   NetworkReader(const SectionTable& sections, std::string_view file, AssetView& asset);
   uint32_t count() const { return records_.count(); }
   NetworkView read(uint32_t index, const ObjectView& object);
@@ -160,7 +160,7 @@ class NetworkWriter {
   Section *records_, *corners_, *features_;
 };
 
-/// As formats/nif/parts.hpp has it.
+/// As formats/nif/parts.hpp requires.
 struct NetworkPart {
   static constexpr const char* kName = "network";
   static constexpr uint32_t kSections[] = {kNetworks, kMlps, kWeights, kCorners, kFeatures};

@@ -1,9 +1,10 @@
-// Why no accepted network can overflow evaluate_network's 32-bit sums: a layer has at most
-// max(kMaxInputs, kMaxWidth) = 296 inputs, each product is at most 127 * 127 in size, |bias| <= 2^26, and the
-// rounding term is at most 2^23. 296 * 127 * 127 + 2^26 + 2^23 < 2^27. The last sum, the logit, plus the
-// threshold is within 2^27 + 2^27. Features: the eight corner weights of
-// a point sum to 2^21, so a sum is at most 127 * 2^21 < 2^28. Indices: there are at most 65533 * 64 corners,
-// so corner * features_per_corner < 2^25.
+// Reads and checks networks and features.
+//
+// No accepted network can overflow the 32-bit sums of evaluate_network: a layer has at most max(kMaxInputs,
+// kMaxWidth) = 296 inputs, each product is at most 127 * 127 in size, |bias| <= 2^26, and the rounding term
+// is at most 2^23. 296 * 127 * 127 + 2^26 + 2^23 < 2^27. The last sum, the logit, plus the threshold is
+// within 2^27 + 2^27. Features: the eight corner weights of a point sum to 2^21, so a sum is at most 127 *
+// 2^21 < 2^28. Indices: there are at most 65533 * 64 corners, so corner * features_per_corner < 2^25.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -75,7 +76,7 @@ MlpView read_mlp(const MlpRecord& record, Payloads& payloads, const Place& place
   return view;
 }
 
-/// Of the field, corners and features_per_corner are asked.
+/// Reads only corners and features_per_corner of the field.
 bool decode_features(Bytes coded, const kernels::NetworkField& field, std::byte* to) {
   RangeDecoder decoder(coded);
   auto* const features = reinterpret_cast<int8_t*>(to);
@@ -84,7 +85,7 @@ bool decode_features(Bytes coded, const kernels::NetworkField& field, std::byte*
   return decoder.complete();
 }
 
-/// Arrays of a corners payload: those around surface voxels.
+/// Fills the arrays of a corners payload: the corners around surface voxels.
 void fill_corners(const kernels::PlanesField& planes, std::byte* to) {
   auto* const corners = reinterpret_cast<uint64_t*>(to);
   auto* const base = reinterpret_cast<uint32_t*>(corners + planes.mixed_bricks);
@@ -126,7 +127,7 @@ NetworkReader::NetworkReader(const SectionTable& sections, std::string_view file
 NetworkView NetworkReader::read(uint32_t index, const ObjectView& object) {
   const NetworkRecord record = records_[index];
   const Place place{file_, "NETW", index};
-  const kernels::PlanesField& planes = object.planes->field;  // there is no encoding without them
+  const kernels::PlanesField& planes = object.planes->field;  // every encoding with a network has them
   NetworkView view;
   kernels::NetworkField& field = view.field;
   place.require(record.mlp < asset_.mlps.size(), Rule::network_range);
@@ -149,7 +150,7 @@ NetworkView NetworkReader::read(uint32_t index, const ObjectView& object) {
   field.corners = record.corners;
   field.length_scale = record.length_scale * planes.voxels_per_cell;
 
-  // Both payloads, before there is memory for what they decode to.
+  // Take both payloads before allocating memory for what they decode to.
   const bool around = (record.forms & kCornersAround) != 0, coded = (record.forms & kCodedFeatures) != 0;
   const UncodedNetwork uncoded(record, planes.mixed_bricks);
   const Bytes corners = corners_.next(record.brick_corners, around ? 0 : uncoded.corners, "corners", place);

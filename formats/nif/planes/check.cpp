@@ -1,5 +1,5 @@
-// Three passes, each trusting the one before: bricks, then the words of cells, then their sides. Links
-// must name all parts in order, so each part belongs to one cell and nothing goes in circles.
+// Checks planes in three passes, each relying on the one before: bricks, then the words of cells, then their
+// sides. Links must name all parts in order, so each part belongs to one cell and there are no cycles.
 #include "formats/nif/planes/check.hpp"
 
 #include <bit>
@@ -7,8 +7,8 @@
 namespace nif::format {
 namespace {
 
-/// Bits of those voxels of a brick that lie within the grid along one axis: `brick` is the brick's place
-/// along it, `stride` how many bits on the next voxel is.
+/// Bits of a brick's voxels that lie within the grid along one axis: `brick` is the brick's index along it,
+/// `stride` the distance in bits to the next voxel.
 uint64_t bits_within(uint32_t voxels, uint32_t brick, uint32_t stride) {
   const uint64_t first = stride == 1 ? 0x1111111111111111u : stride == 4 ? 0x000f000f000f000fu : 0xffffu;
   uint64_t bits = 0;
@@ -17,8 +17,8 @@ uint64_t bits_within(uint32_t voxels, uint32_t brick, uint32_t stride) {
   return bits;
 }
 
-/// Kernels look up the corners around every surface voxel, and number bricks with surface voxels in 16
-/// bits. So each mixed brick stands in the table once, and has no voxel beyond the grid.
+/// Kernels look up the corners around every surface voxel, and number bricks with surface voxels in 16 bits.
+/// So each mixed brick must be in the table exactly once, and be outside wherever it is beyond the grid.
 std::optional<Rule> fault_of_table(const kernels::PlanesField& field) {
   uint32_t next = kernels::kFirstMixedBrick;
   const uint16_t* entry = field.brick_table;
@@ -37,7 +37,7 @@ std::optional<Rule> fault_of_table(const kernels::PlanesField& field) {
   return std::nullopt;
 }
 
-/// Planes such as the baker makes.
+/// Checks that planes are such as the baker makes.
 std::optional<Rule> fault_of_planes(uint32_t word) {
   if (kernels::word_kind(word) >= kernels::kPlaneKinds) return Rule::cell_kind;
   if ((word >> 4 & 63) > uint32_t(kernels::kNormalSum) || (word >> 10 & 63) > uint32_t(kernels::kNormalSum))
@@ -58,8 +58,8 @@ std::optional<Rule> fault_of_bricks(const kernels::PlanesField& field) {
   return fault_of_table(field);
 }
 
-/// Links lead from voxels to parts and on to parts of these: the links, voxels' first, name all parts in
-/// order, so that each part belongs to one, and no voxel is cut more often than `levels` says.
+/// Links lead from voxels to parts and on to parts of these. The links, those of voxels first, must name all
+/// parts in order, so that each part belongs to one link, and no voxel is cut more often than `levels` says.
 std::optional<Rule> fault_of_words(const kernels::PlanesField& field) {
   uint32_t next = 0;
   const auto fault_of = [&](uint32_t word, bool may_link) -> std::optional<Rule> {
@@ -83,7 +83,7 @@ std::optional<Rule> fault_of_words(const kernels::PlanesField& field) {
   return std::nullopt;
 }
 
-/// Sides are what the planes and voxels around say, or nothing.
+/// Sides must be what the planes and voxels around prove, or nothing.
 std::optional<Rule> fault_of_sides(const kernels::PlanesField& field, const SideRegions& sides) {
   if (sides.contradictory()) return Rule::sides_joined;
   uint32_t record = 0;

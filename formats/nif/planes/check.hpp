@@ -1,5 +1,5 @@
-// Whether the tables of a field fit together, and whether its sides are proven. The reader refuses a file
-// where they do not; the writer codes nothing then.
+// Checks that the tables of a field fit together, and that its sides are proven. If not, the reader refuses
+// the file, and the writer codes nothing.
 #pragma once
 
 #include <cstdint>
@@ -11,24 +11,25 @@
 
 namespace nif::format {
 
-// Each returns the first rule that is broken, if one is.
+// Each returns the first broken rule, if any.
 
-/// Of the bricks. Their numbers must be in range, and the arrays as long as these say.
+/// Checks the bricks. Their numbers must be in range, and the arrays as long as these say.
 std::optional<Rule> fault_of_bricks(const kernels::PlanesField& field);
-/// Of the words of cells, where nothing is wrong with the bricks.
+/// Checks the words of cells. The bricks must be valid.
 std::optional<Rule> fault_of_words(const kernels::PlanesField& field);
-/// Of the sides of cells, where nothing is wrong with the words.
+/// Checks the sides of cells. The words must be valid.
 std::optional<Rule> fault_of_sides(const kernels::PlanesField& field, const SideRegions& sides);
 
-/// No path leads through a cell of this kind from above its planes to below: it is a wall, or the sides are
+/// No path leads through a cell of this kind from above its planes to below: it is a wall, or the sides
+/// differ.
 /// not the same.
 constexpr bool separates(uint32_t kind) {
   const kernels::CellKind& known = kernels::kCellKinds[kind];
   return known.wall || (known.above | known.below) == kernels::kSeenBoth;
 }
 
-/// The kind that says all that is proven of a cell with planes, by its record's number and whether it
-/// separates; kPlaneKinds where that contradicts what is proven. Files need not store more than that.
+/// The kind that says everything proven about a cell with planes, by its record's number and whether it
+/// separates; kPlaneKinds if that contradicts what is proven. Files need not store more than that.
 uint32_t proven_kind(const SideRegions& sides, uint32_t record, bool separating);
 
 }  // namespace nif::format

@@ -1,9 +1,9 @@
-// How cells are coded: each in the context of the cells on its faces that are known by then. Planes there are
-// carried on into the cell, and what is coded is how its own planes differ from that.
+// Codes cells, each in the context of its already known neighbours across its faces. The planes of a
+// neighbour are extended into the cell, and what is coded is how the cell's own planes differ from that.
 //
-// Words come in their order in the payload: voxels, then parts of voxels, and so on. So all larger cells are
-// known, and of those that are as large, the ones before. All of it is in integers. Which sides are proven
-// follows from the planes (formats/nif/planes/sides.hpp), so that is coded only where a file says less.
+// Words come in the order of the payload: voxels, then parts of voxels, and so on. So all larger cells are
+// known, and of the equally large ones those before. All of it is in integers. The proven sides follow from
+// the planes (formats/nif/planes/sides.hpp), so they are coded only if a file says less.
 #pragma once
 
 #include <algorithm>
@@ -22,8 +22,8 @@ namespace nif::format {
 template <class Coder>
 class CellCoder {
  public:
-  /// Of `field` the occupancy, the levels and the numbers of voxels and parts are asked; that they fit
-  /// together has been checked. `words` has room for the words of all voxels, then parts.
+  /// Reads only the occupancy, the levels and the numbers of voxels and parts of `field`, which must have
+  /// been checked to fit together. `words` has room for the words of all voxels, then parts.
   CellCoder(Coder& coder, const kernels::PlanesField& field, uint32_t* words)
       : coder_(coder),
         field_(field),
@@ -31,9 +31,9 @@ class CellCoder {
         cells_(size_t{field.surface_voxels} + field.part_count),
         models_(std::make_unique<Models>()) {}
 
-  /// Fills the words. `truth` has what to encode, such words as a reader accepts; null when decoding.
-  /// `kinds_stated`: kinds as they are; else a kind says only whether the cell separates, as kind_of({0, 0,
-  /// separates}). False where no encoder would have made this: then the words hold anything.
+  /// Fills the words. `truth` has the words to encode, such as a reader accepts; null when decoding.
+  /// `kinds_stated`: kinds as they are; else a kind only says whether the cell separates, as kind_of({0, 0,
+  /// separates}). Returns false if no encoder could have made this: then the words are undefined.
   bool code(const kernels::PlanesField* truth, bool kinds_stated) {
     std::fill_n(words_, cells_.size(), kUnknown);
     place_voxels();
@@ -51,7 +51,7 @@ class CellCoder {
  private:
   using Vector = std::array<int32_t, 3>;
 
-  /// In place of a word that is not known yet.
+  /// Marks a word that is not known yet.
   static constexpr uint32_t kUnknown = kernels::make_empty(0) | 1u << 8;
 
   /// A cube of finest cells.
@@ -60,7 +60,7 @@ class CellCoder {
     int16_t size;
   };
 
-  /// What is at a place: the smallest cell there that is not smaller than was asked for.
+  /// The smallest cell at a place that is not smaller than was asked for.
   struct Found {
     uint32_t word = kernels::kEmptyPart;  ///< kEmptyPart: there is none
     Vector low{};
@@ -73,29 +73,29 @@ class CellCoder {
     int32_t upper() const { return int32_t(kernels::upper_place(word)); }
   };
 
-  /// What is on the faces of a cell.
+  /// The neighbours across the faces of a cell.
   struct Around {
     std::array<Found, 6> faces;                      ///< along x below and above, then y, then z
     uint32_t cut = 0, separating = 0, passable = 0;  ///< how many
     uint32_t thickest = 0;                           ///< of planes: bits of their distance in units of height
   };
 
-  /// Planes on a face, carried on to the middle of that face.
+  /// A neighbour's planes, extended to the middle of the shared face.
   struct Carried {
     Vector normal;
     std::array<int64_t, 3> point;  ///< between the planes, near the face's middle; in 1/256 of a finest cell
     int32_t weight;
-    int32_t thickness;  ///< times the unit of places, as if the cell were as large as ours
+    int32_t thickness;  ///< times the unit of places, as if the cell were as large as this one
   };
   static constexpr int32_t kFraction = 256;
 
-  /// What the cell's planes are expected to be.
+  /// Prediction of the cell's planes.
   struct Expected {
     std::array<Carried, 6> carried;
     size_t count = 0;
-    int32_t weight = 0;  ///< of all
+    int32_t weight = 0;  ///< total
     int32_t u = kernels::kNormalHalf, v = kernels::kNormalHalf;
-    uint32_t doubt = 0;  ///< 0: nothing is known; 1: one neighbour; 2 to 8: the less they agree
+    uint32_t doubt = 0;  ///< 0: nothing is known; 1: one neighbour; 2 to 8: higher the less they agree
   };
 
   static constexpr uint32_t kDoubts = 9, kThicknesses = 4, kMisses = 4;
@@ -112,14 +112,14 @@ class CellCoder {
   };
 
   static uint32_t bits_of(int32_t value) { return uint32_t(std::bit_width(uint32_t(value))); }
-  /// How many of the bounds, which ascend, are not above the value.
+  /// How many of the bounds, which ascend, are at most the value.
   template <size_t kCount>
   static uint32_t rank(int64_t value, const int32_t (&bounds)[kCount]) {
     uint32_t rank = 0;
     while (rank < kCount && value >= bounds[rank]) ++rank;
     return rank;
   }
-  /// To the nearest, away from 0 halfway; `divisor` is above 0.
+  /// Rounds to nearest, halves away from 0; `divisor` is above 0.
   static int64_t rounded(int64_t value, int64_t divisor) {
     return value >= 0 ? (value + divisor / 2) / divisor : -((-value + divisor / 2) / divisor);
   }
@@ -130,7 +130,7 @@ class CellCoder {
     const kernels::CellNormal normal = kernels::cell_normal(word);
     return {normal.x, normal.y, normal.z};
   }
-  /// A place is so many units of height, times 128.
+  /// A place is this many units of height, times 128.
   static int32_t unit(int32_t size) { return kernels::kNormalHalf * size + 1; }
 
   uint32_t level_of(const Cell& cell) const { return field_.levels + 1 - bits_of(cell.size); }
@@ -180,7 +180,7 @@ class CellCoder {
     return found;
   }
 
-  /// Also finds what is around the cell, for the rest.
+  /// Also finds the cell's neighbours, for the rest.
   bool code_cut(const Cell& cell, uint32_t truth) {
     around_ = {};
     for (size_t face = 0; face < 6; ++face) {
@@ -230,8 +230,8 @@ class CellCoder {
     return cell;
   }
 
-  /// How sure it is that a surface meets the faces that a part shares with other cells than its siblings: 2
-  /// for each face that is met, 1 where nothing is known.
+  /// How likely a surface meets the faces that a part shares with cells other than its siblings: 2 for each
+  /// face that is met, 1 if nothing is known.
   uint32_t surface_beside(const Cell& cell, uint32_t part) const {
     const Cell child = part_of(cell, part);
     uint32_t sure = 0;
@@ -248,11 +248,11 @@ class CellCoder {
     return sure;
   }
 
-  /// Is a point of the child's face between the planes of the larger cell beyond it? As if that had no
-  /// border.
+  /// Is a point of the child's face between the planes of the larger cell beyond it? The planes count as
+  /// unbounded.
   static bool meets(const Found& found, const Cell& child, size_t axis, bool up) {
     const Vector normal = normal_of(found.word);
-    Vector from;  // from the middle of the larger cell to that of the face, twice
+    Vector from;  // from the middle of the larger cell to that of the face, times two
     int32_t reach = 0;
     for (size_t a = 0; a < 3; ++a) {
       from[a] = 2 * (child.low[a] - found.low[a]) + child.size - found.size;
@@ -295,7 +295,7 @@ class CellCoder {
     return (words_[i] & ~15u) != kernels::kBareCell;
   }
 
-  /// Planes of neighbours, and their mean.
+  /// The planes of neighbours, and their mean.
   Expected expect(const Cell& cell) const {
     Expected expected;
     size_t surest = 0;
@@ -309,7 +309,7 @@ class CellCoder {
     }
     if (expected.count == 0) return expected;
 
-    // A normal and its opposite are the same planes.
+    // A normal and its opposite describe the same planes.
     Vector sum{};
     for (size_t c = 0; c < expected.count; ++c) {
       const Carried& carried = expected.carried[c];
@@ -335,7 +335,7 @@ class CellCoder {
   static Carried carry(const Found& found, const Cell& cell, size_t face) {
     Carried carried;
     carried.normal = normal_of(found.word);
-    Vector middle, from;  // of the face, and that from the middle of the other cell; twice
+    Vector middle, from;  // of the face; and to it from the middle of the other cell; times two
     for (size_t a = 0; a < 3; ++a) middle[a] = 2 * cell.low[a] + cell.size;
     middle[face / 2] += face % 2 ? cell.size : -cell.size;
     for (size_t a = 0; a < 3; ++a) from[a] = middle[a] - 2 * found.low[a] - found.size;
@@ -343,10 +343,10 @@ class CellCoder {
     const int64_t height = int64_t{found.lower() + found.upper() - kFraction} * unit(found.size),
                   off = height - dot(carried.normal, from) * (kFraction / 2),
                   length = dot(carried.normal, carried.normal);
-    const int64_t along = off * 4096 / length;  // one division, which takes long, instead of three
+    const int64_t along = off * 4096 / length;  // one division, which is slow, instead of three
     for (size_t a = 0; a < 3; ++a)
       carried.point[a] = int64_t{middle[a]} * (kFraction / 2) + (along * carried.normal[a] >> 12);
-    // Planes that pass the face far away say little of this cell.
+    // Planes that pass the face far away say little about this cell.
     static constexpr int32_t kNear[] = {90, 154, 230}, kWeights[] = {8, 5, 2, 1};  // kNear: of 256, of a side
     uint32_t far = 0;
     while (far < 3 && off * off >= int64_t{kNear[far] * cell.size} * (kNear[far] * cell.size) * length) ++far;
@@ -355,7 +355,7 @@ class CellCoder {
     return carried;
   }
 
-  /// In places; above 256 where it is wrong.
+  /// In places; above 256 if it is wrong.
   int32_t code_thickness(const Cell& cell, bool wall, const Expected& expected, uint32_t truth) {
     int64_t sum = 0;
     for (size_t c = 0; c < expected.count; ++c)
@@ -369,13 +369,13 @@ class CellCoder {
                    coder_, kernels::upper_place(truth) - kernels::lower_place(truth) - 1));
   }
 
-  /// Codes u and v. Returns by how much they were not as expected; below 0 where they are wrong.
+  /// Codes u and v. Returns how far they are from the prediction; below 0 if they are wrong.
   int32_t code_normal(const Expected& expected, int32_t thickness, int32_t& u, int32_t& v) {
     constexpr int32_t kHalf = kernels::kNormalHalf, kMost = kernels::kNormalSum;
     int32_t like_u = expected.u, like_v = expected.v;
     const int32_t rim = std::max(std::abs(like_u - kHalf), std::abs(like_v - kHalf));
     const bool may_turn = expected.count > 0 && rim >= 22;
-    // Where z is about 0, the normal may be nearer to the opposite of what was expected.
+    // If z is about 0, the normal may be nearer to the opposite of the prediction.
     const auto nearer_turned = [&] {
       return std::max(std::abs(u - (kMost - expected.u)), std::abs(v - (kMost - expected.v))) <
              std::max(std::abs(u - expected.u), std::abs(v - expected.v));
@@ -424,7 +424,7 @@ class CellCoder {
   std::vector<Cell> cells_;
   const std::unique_ptr<Models> models_;
   Around around_;
-  uint32_t next_part_ = 0;  ///< of those that links have named
+  uint32_t next_part_ = 0;  ///< parts that links have named so far
 };
 
 }  // namespace nif::format

@@ -1,5 +1,5 @@
-// How an occupancy grid is coded: first what kind each brick is, then the voxels of mixed ones, each in the
-// context of its neighbours that are known by then. What can be counted is not stored.
+// Codes an occupancy grid: first the kind of each brick, then the voxels of mixed bricks, each in the context
+// of its already known neighbours. What can be counted is not stored.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 
 namespace nif::format {
 
-/// The arrays of an occupancy payload (docs/format.md). Byte: std::byte, const where they are read.
+/// The arrays of an occupancy payload (docs/format.md). Byte: std::byte, const for reading.
 template <class Byte>
 struct OccupancyArrays {
   template <class T>
@@ -22,7 +22,7 @@ struct OccupancyArrays {
   Array<uint32_t> voxel_base;
   Array<uint16_t> brick_table;
 
-  /// In a payload of `mixed` mixed bricks, which lies at a multiple of 8.
+  /// In a payload of `mixed` mixed bricks, which starts at a multiple of 8.
   OccupancyArrays(Byte* at, size_t mixed)
       : brick_states(reinterpret_cast<Array<kernels::BrickStates>>(at)),
         voxel_base(reinterpret_cast<Array<uint32_t>>(brick_states + mixed)),
@@ -32,12 +32,12 @@ struct OccupancyArrays {
 template <class Coder>
 class OccupancyCoder {
  public:
-  /// Of `field` only the numbers of voxels, bricks and mixed bricks are asked. `to` starts as zeros.
+  /// Reads only the numbers of voxels, bricks and mixed bricks of `field`. `to` starts as zeros.
   OccupancyCoder(Coder& coder, const kernels::PlanesField& field, const OccupancyArrays<std::byte>& to)
       : coder_(coder), field_(field), to_(to), models_(std::make_unique<Models>()) {}
 
-  /// Fills the arrays. `truth` is what to encode, with bricks in order; null when decoding. False where no
-  /// encoder would have made this: then the arrays hold anything.
+  /// Fills the arrays. `truth` is what to encode, with bricks in order; null when decoding. Returns false if
+  /// no encoder could have made this: then the arrays are undefined.
   bool code(const kernels::PlanesField* truth) {
     if (!code_table(truth)) return false;
     uint32_t voxels = 0;
@@ -50,7 +50,7 @@ class OccupancyCoder {
   }
 
  private:
-  using Place = std::array<int32_t, 3>;  // of a brick among bricks, or of a voxel
+  using Place = std::array<int32_t, 3>;  // of a brick in the grid of bricks, or of a voxel
 
   static constexpr uint32_t kMixed = kernels::kFirstMixedBrick, kNone = kMixed + 1, kKinds = kNone + 1;
   static_assert(kMixed == uint32_t(kernels::VoxelState::surface));
@@ -81,7 +81,7 @@ class OccupancyCoder {
       for (int32_t y = 0; y < int32_t(field_.bricks[1]); ++y)
         for (int32_t x = 0; x < int32_t(field_.bricks[0]); ++x) visit(Place{x, y, z});
   }
-  /// visit(index, place) until it returns false. False where it did.
+  /// Calls visit(index, place) until it returns false. Returns false if it did.
   template <class Visit>
   bool each_mixed_brick(const Visit& visit) const {
     bool going = true;
@@ -106,8 +106,8 @@ class OccupancyCoder {
     return mixed == field_.mixed_bricks;
   }
 
-  /// A state, outside beyond the grid, or kMixed (surface) where it is; of voxels to come in mixed bricks,
-  /// outside.
+  /// A state, outside beyond the grid, or kMixed (surface); outside for voxels in mixed bricks that are not
+  /// known yet.
   uint32_t state(const Place& voxel) const {
     if (!within(voxel, field_.voxels)) return kernels::kBrickOutside;
     const uint32_t known = entry({voxel[0] >> 2, voxel[1] >> 2, voxel[2] >> 2});
@@ -138,7 +138,7 @@ class OccupancyCoder {
     return true;
   }
 
-  /// kNone where no encoder would say this.
+  /// kNone if no encoder would say this.
   uint32_t code_state(const Place& at, uint32_t truth) {
     static constexpr int8_t kBefore[kNeighbours - 1][3] = {{-1, 0, 0},  {0, -1, 0},  {0, 0, -1}, {-1, -1, 0},
                                                            {-1, 0, -1}, {0, -1, -1}, {1, -1, 0}, {1, 0, -1},
@@ -158,7 +158,7 @@ class OccupancyCoder {
       empty = beside;
     }
     if (coder_.bit(models_->surface[context], truth == kMixed)) return kMixed;
-    // Voxels that touch and are no surface are of one region, as a rule.
+    // Touching voxels without surface usually belong to one region.
     const uint32_t value = models_->others[empty].code(coder_, truth);
     return value < kMixed ? value : kNone;
   }

@@ -1,5 +1,5 @@
-// The reading side: one 16-bit colour for each surface voxel. The writer is in write_colors.cpp, because
-// the runtime goes without it.
+// Reads one 16-bit colour for each surface voxel. The writer is in write_colors.cpp, because the runtime does
+// not need it.
 #include "formats/nif/planes/colors.hpp"
 
 namespace nif::format {

@@ -13,7 +13,7 @@
 
 namespace nif::format {
 
-/// Optional, both or none.
+/// Optional: both, or neither.
 enum ColorSection : uint32_t {
   kColorRecords = fourcc("COLR"),  ///< ColorsRecord[]
   kColorValues = fourcc("CVAL"),   ///< each record's payload
@@ -21,14 +21,14 @@ enum ColorSection : uint32_t {
 
 /// The mean base colours of an object's surface, voxel by voxel.
 struct ColorsRecord {       // 32 bytes
-  uint32_t object;          ///< index into kObjects; records lie in the order of their objects
+  uint32_t object;          ///< index into kObjects; records are in the order of their objects
   uint32_t surface_voxels;  ///< of the object
   uint32_t reserved[2];     ///< 0
   Payload values;           ///< 16 bits for each surface voxel: kernels::VoxelColors
 };
 static_assert(sizeof(ColorsRecord) == 32);
 
-/// [surface voxel, in the order of PlanesData::voxel_records] as kernels::VoxelColors has them.
+/// [surface voxel, in the order of PlanesData::voxel_records] as in kernels::VoxelColors.
 using Colors = std::vector<uint16_t>;
 
 struct ColorsView {
@@ -39,8 +39,8 @@ struct ColorsView {
   uint64_t bytes() const { return uint64_t{count} * sizeof(*values); }
 };
 
-/// Reads all of a file's, in the order of their objects. `counts` has the surface voxels of each object; none
-/// where it has no planes.
+/// Reads all colours of a file, in the order of their objects. `counts` has the surface voxels of each
+/// object, or nothing if it has no planes.
 void read_colors(const SectionTable& sections, bool present, std::string_view file,
                  std::span<const std::optional<uint32_t>> counts, std::pmr::vector<ColorsView>& views);
 

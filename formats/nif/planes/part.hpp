@@ -1,4 +1,4 @@
-// Planes, as files hold them: an occupancy grid, and what is known within its surface voxels.
+// The planes part as files store it: an occupancy grid, and what is known within its surface voxels.
 #pragma once
 
 #include <array>
@@ -25,8 +25,8 @@ enum PlanesSection : uint32_t {
   kCells = fourcc("CELL"),      ///< each record's payload
 };
 
-/// How the payloads are stored, as bits. Those that are coded (docs/format.md) are decoded when a file is
-/// read, to what they would be uncoded.
+/// How the payloads are stored, as bits. Coded payloads (docs/format.md) are decoded to their uncoded form
+/// when a file is read.
 enum PlanesForm : uint32_t {
   kCodedOccupancy = 1,
   kCodedCells = 2,
@@ -35,7 +35,7 @@ enum PlanesForm : uint32_t {
   kPlanesForms = 7   ///< all bits
 };
 
-struct PlanesRecord {  // 80 bytes: the members of kernels::PlanesField of the same names
+struct PlanesRecord {  // 80 bytes: the members of kernels::PlanesField with the same names
   float origin[3];
   float voxels_per_unit;
   uint32_t voxels[3];
@@ -60,17 +60,17 @@ struct PlanesData {
   std::vector<uint32_t> voxel_base;
   std::vector<uint32_t> voxel_records;
   std::vector<uint32_t> parts;
-  uint32_t coded = 0;  ///< PlanesForm: payloads that a file is to have coded, where that makes them smaller
+  uint32_t coded = 0;  ///< PlanesForm: payloads to code in a file, if that makes them smaller
 };
 
-/// Bricks along one axis that hold voxels + 1 corners.
+/// Bricks along one axis that cover voxels + 1 corners.
 constexpr uint32_t bricks_for(uint32_t voxels) { return voxels / kernels::kBrickSide + 1; }
 
-/// Bytes of the payloads where none is coded.
+/// Bytes of the payloads if none is coded.
 struct UncodedPlanes {
   uint64_t bricks, occupancy, cells;
 
-  /// Of a record, or of what else has such members.
+  /// From a record, or anything else with such members.
   template <class Record>
   explicit UncodedPlanes(const Record& r)
       : bricks(uint64_t{bricks_for(r.voxels[0])} * bricks_for(r.voxels[1]) * bricks_for(r.voxels[2])),
@@ -78,20 +78,20 @@ struct UncodedPlanes {
                   bricks * sizeof(uint16_t)),
         cells((uint64_t{r.surface_voxels} + r.part_count) * sizeof(uint32_t)) {}
 
-  /// Whether a file may have them coded, in so many bytes together: an uncoded table takes kBytesPerBrick.
+  /// Whether a file may have them coded in this many bytes together: an uncoded table takes kBytesPerBrick.
   bool may_take(uint64_t bytes) const {
     constexpr uint64_t kBytesPerBrick = 2;
     return occupancy + cells <= kMostExpansion * bytes && kBytesPerBrick * bricks <= bytes;
   }
 };
 
-/// Puts planes that prove nothing into every surface voxel: voxel_base and voxel_records by brick_states.
+/// Gives every surface voxel planes that prove nothing: fills voxel_base and voxel_records from brick_states.
 void leave_bare(PlanesData& data);
 
-/// The kernels' view; valid while the data lives and is not changed.
+/// The kernels' view; valid while the data lives and does not change.
 kernels::PlanesField field_of(const PlanesData& data);
 
-/// Whether a reader would take the numbers and the bricks.
+/// Whether a reader would accept the numbers and the bricks.
 bool in_order(const PlanesData& data);
 
 struct PlanesView {
@@ -102,7 +102,7 @@ struct PlanesView {
   std::array<PartBytes, 2> parts() const {
     return {{{"occupancy", occupancy.file, occupancy.decoded}, {"planes", cells.file, cells.decoded}}};
   }
-  /// After this nothing points into the file, and the field cannot be queried; its numbers stay.
+  /// Afterwards nothing points into the file, and the field cannot be queried; its numbers stay.
   void drop_bytes();
 };
 
@@ -111,9 +111,9 @@ class PlanesReader {
  public:
   PlanesReader(const SectionTable& sections, std::string_view file, AssetView& asset);
   uint32_t count() const { return records_.count(); }
-  /// Each record once, in order.
+  /// Call it once for each record, in order.
   PlanesView read(uint32_t index, const ObjectView& object);
-  /// After the last one.
+  /// Call it after the last one.
   void finish() const;
 
  private:
@@ -132,7 +132,7 @@ class PlanesWriter {
   Section *records_, *occupancy_, *cells_;
 };
 
-/// As formats/nif/parts.hpp has it.
+/// As formats/nif/parts.hpp requires.
 struct PlanesPart {
   static constexpr const char* kName = "planes";
   static constexpr uint32_t kSections[] = {kPlanes, kOccupancy, kCells};
@@ -142,7 +142,7 @@ struct PlanesPart {
   using Reader = PlanesReader;
   using Writer = PlanesWriter;
 
-  /// Of an object's record, data or view.
+  /// The member of an object's record, data or view.
   template <class Object>
   static auto& of(Object& object) {
     return object.planes;

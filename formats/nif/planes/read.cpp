@@ -1,5 +1,5 @@
-// Coded payloads are decoded first, then checked like uncoded ones: a decoder is not trusted. Words come
-// before sides. What planes prove is worked out again, and a file may claim no more than that.
+// Reads planes. Coded payloads are decoded first, then checked like uncoded ones: a decoder is not trusted.
+// Words come before sides. What planes prove is derived again, and a file may claim no more than that.
 #include <algorithm>
 #include <cmath>
 
@@ -30,7 +30,7 @@ void read_numbers(const PlanesRecord& record, const Place& place, kernels::Plane
     field.voxels[a] = record.voxels[a];
     field.bricks[a] = bricks_for(record.voxels[a]);
   }
-  // The table's entries have 16 bits, which limits the mixed bricks and with them the corners.
+  // The table's entries have 16 bits, which limits the mixed bricks and so the corners.
   place.within(record.mixed_bricks, 0, 0xffff - kernels::kFirstMixedBrick + 1, "mixed_bricks",
                Rule::mixed_bricks_range);
   place.within(record.part_count, 0, kernels::kMaxParts, "part_count", Rule::part_count_range);
@@ -39,21 +39,21 @@ void read_numbers(const PlanesRecord& record, const Place& place, kernels::Plane
   field.part_count = record.part_count;
 }
 
-/// Of the field, voxels, bricks and mixed_bricks are asked.
+/// Reads only voxels, bricks and mixed_bricks of the field.
 bool decode_occupancy(Bytes coded, const kernels::PlanesField& field, std::byte* to) {
   RangeDecoder decoder(coded);
   const OccupancyArrays<std::byte> arrays(to, field.mixed_bricks);
   return OccupancyCoder(decoder, field, arrays).code(nullptr) && decoder.complete();
 }
 
-/// Of the field, the occupancy, levels, surface_voxels and part_count are asked. Where kinds are not stated,
-/// they only say which cells separate: see proven_kind().
+/// Reads only the occupancy, levels, surface_voxels and part_count of the field. If kinds are not stated,
+/// they only tell which cells separate: see proven_kind().
 bool decode_cells(Bytes coded, bool kinds_stated, const kernels::PlanesField& field, uint32_t* to) {
   RangeDecoder decoder(coded);
   return CellCoder(decoder, field, to).code(nullptr, kinds_stated) && decoder.complete();
 }
 
-/// Gives decoded words the kinds that say all that is proven. Where a file states kinds, some must say less.
+/// Gives decoded words the kinds that say all that is proven. If a file states kinds, some must say less.
 void complete_kinds(const SideRegions& sides, bool stated, std::span<uint32_t> words, const Place& place) {
   bool same = true;
   for (uint32_t i = 0; i < words.size(); ++i) {
@@ -87,7 +87,7 @@ PlanesView PlanesReader::read(uint32_t index, const ObjectView&) {
   const bool coded_occupancy = (record.forms & kCodedOccupancy) != 0,
              coded_cells = (record.forms & kCodedCells) != 0, stated = (record.forms & kStatedKinds) != 0;
 
-  // Both payloads, before there is memory for what they decode to.
+  // Take both payloads before allocating memory for what they decode to.
   const UncodedPlanes uncoded(record);
   const Bytes occupancy =
       take_payload(occupancy_, record.occupancy, coded_occupancy, uncoded.occupancy, "occupancy", place);

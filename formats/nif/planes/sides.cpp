@@ -1,5 +1,5 @@
-// Union-find over the pieces of all cells. Wherever two cells share a face, two pieces are joined if a
-// point of it lies beyond both planes. All in whole numbers, so baker and loader always agree.
+// Derives sides by union-find over the pieces of all cells. Where two cells share a face, two pieces are
+// joined if a point of the face lies beyond both planes. All in integers, so baker and loader always agree.
 #include "formats/nif/planes/sides.hpp"
 
 #include <algorithm>
@@ -29,14 +29,14 @@ struct Face {
   int32_t size;
 };
 
-/// How far the corners of a face are beyond a plane, each on the same scale; above 0 is strictly beyond.
+/// How far the corners of a face are beyond a plane, all on the same scale; above 0 is strictly beyond.
 /// Corner c: bit 0 along the next axis, bit 1 along the one after.
 using Beyond = std::array<int32_t, 4>;
 
 bool all_positive(const Beyond& f) { return f[0] > 0 && f[1] > 0 && f[2] > 0 && f[3] > 0; }
 bool any_positive(const Beyond& f) { return f[0] > 0 || f[1] > 0 || f[2] > 0 || f[3] > 0; }
 
-/// Is a point between two corners beyond both planes? Both are linear in between.
+/// Is a point between two corners beyond both planes? Both distances are linear in between.
 bool meet_on_edge(int64_t f0, int64_t f1, int64_t g0, int64_t g1) {
   if ((f0 > 0 && g0 > 0) || (f1 > 0 && g1 > 0)) return true;
   if (f0 > 0 && g1 > 0) return -g0 * (f0 - f1) < f0 * (g1 - g0);  // f until f0/(f0-f1), g from -g0/(g1-g0) on
@@ -44,8 +44,8 @@ bool meet_on_edge(int64_t f0, int64_t f1, int64_t g0, int64_t g1) {
   return false;
 }
 
-/// Is a point of the face beyond both planes? The points beyond both extend without end along the face's
-/// plane, so if there are any on the face, some are on its border.
+/// Is a point of the face beyond both planes? The region beyond both is unbounded within the face's plane, so
+/// if it contains a point of the face, it contains one on the face's border.
 bool meet(const Beyond& f, const Beyond& g) {
   if (!any_positive(f) || !any_positive(g)) return false;
   if (all_positive(f) || all_positive(g)) return true;
@@ -78,7 +78,7 @@ class Joiner {
             const bool last = ++beside[a] == int32_t(field_.voxels[a]);
             if (last && !surface) continue;
             const Cell other = last ? beyond() : voxel(beside);
-            // Empty voxels are what the file says; which of them touch is not asked.
+            // Empty voxels have the state in the file; which of them touch does not matter.
             if (surface || is_surface(other)) join(cell, other, face);
           }
         }
@@ -87,8 +87,8 @@ class Joiner {
  private:
   static bool is_surface(const Cell& cell) { return kernels::word_kind(cell.word) != kernels::kEmptyVoxel; }
 
-  /// The first node of each record, and at the end how many there are: two for planes, one for each part of a
-  /// link that no triangle touches.
+  /// The first node of each record, and at the end the number of nodes: two for planes, and one for each part
+  /// of a link that no triangle touches.
   static std::vector<uint32_t> number(const PlanesField& field) {
     std::vector<uint32_t> nodes;
     nodes.reserve(size_t(field.surface_voxels) + field.part_count + 1);
@@ -150,7 +150,7 @@ class Joiner {
 
   static bool is_cut(const Cell& cell) { return kernels::word_kind(cell.word) == kernels::kLink; }
 
-  /// Joins the parts of a cell with one another.
+  /// Joins the parts of a cell with each other.
   void join_within(const Cell& cell) {
     if (!is_cut(cell)) return;
     for (uint32_t part = 0; part < 8; ++part) {
@@ -193,7 +193,7 @@ class Joiner {
       pieces[0] = {cell.node, {1, 1, 1, 1}};
       return 1;
     }
-    // Twice the places from the middle, so that they are whole; heights times 256, and planes as much.
+    // Positions from the middle are doubled, so that they are integers; heights and planes are times 256.
     const kernels::CellNormal normal = kernels::cell_normal(cell.word);
     const int32_t n[3] = {normal.x, normal.y, normal.z};
     const int32_t step = 2 * (kernels::kNormalHalf * cell.size + 1), half = kernels::kPlanePlaces / 2;

@@ -1,5 +1,5 @@
-// Grids are coded with a range coder, but only if a reader would take them and they get smaller; else
-// they stay as they are. Also the ways between planes that own their memory and the kernels' plain pointers.
+// Writes planes. Grids are coded with a range coder if a reader would accept them and they get smaller; else
+// they stay as they are. Also converts between planes that own their memory and the kernels' plain pointers.
 #include <algorithm>
 #include <bit>
 
@@ -26,7 +26,7 @@ bool kinds_follow(const kernels::PlanesField& field) {
   return follow(field.voxel_records, field.surface_voxels) && follow(field.parts, field.part_count);
 }
 
-/// Of a grid that is in order.
+/// For a grid that is in order.
 Coded encode_occupancy(const PlanesData& data, const kernels::PlanesField& field, uint64_t bytes) {
   std::vector<uint64_t> memory(memory_size((bytes + 7) / 8));
   const OccupancyArrays<std::byte> to(reinterpret_cast<std::byte*>(memory.data()), field.mixed_bricks);
@@ -37,7 +37,7 @@ Coded encode_occupancy(const PlanesData& data, const kernels::PlanesField& field
   return if_smaller(encoder.finish(), bytes);
 }
 
-/// Of a grid that is in order; nothing where its words are not. `forms` gets what a file says of them then.
+/// For a grid that is in order; empty if its words are not. `forms` receives what a file must say about them.
 Coded encode_cells(const kernels::PlanesField& field, uint32_t& forms) {
   if (fault_of_words(field)) return {};
   const bool stated = !kinds_follow(field);
@@ -49,9 +49,9 @@ Coded encode_cells(const kernels::PlanesField& field, uint32_t& forms) {
   return coded;
 }
 
-/// What `data.coded` names, coded as long as the reader takes it and it becomes smaller.
+/// What `data.coded` names, coded if the reader accepts it and it becomes smaller.
 struct CodedPlanes {
-  uint32_t forms = 0;  ///< PlanesForm: which there are, and how
+  uint32_t forms = 0;  ///< PlanesForm: which are coded, and how
   Coded occupancy, cells;
 
   explicit CodedPlanes(const PlanesData& data) {

@@ -12,14 +12,14 @@ enum SphericalSection : uint32_t {
   kGrids = fourcc("GRID"),              ///< each object's payload
 };
 
-/// Optional, for objects of any encoding: readers that do not know them answer visibility all the same.
-/// Either both are there or neither.
+/// Optional, for objects of any encoding: readers that do not know them still answer visibility. A file has
+/// both or neither.
 enum PrimarySection : uint32_t {
   kPrimaries = fourcc("PRIM"),      ///< PrimaryRecord[]
   kPrimaryValues = fourcc("PVAL"),  ///< each record's payload
 };
 
-/// Latent vectors along an axis of the grids, and floats of each.
+/// Latent vectors along an axis of the grids, and the number of floats in each.
 struct SphericalRecord {  // 32 bytes
   uint32_t network;       ///< index into kSphericalNetworks; objects may share one
   uint16_t outer_resolution, inner_resolution, distance_resolution;
@@ -31,7 +31,7 @@ struct SphericalRecord {  // 32 bytes
 };
 static_assert(sizeof(SphericalRecord) == 32);
 
-/// The shape of a network of `spherical`: hidden layers of one width, then its outputs.
+/// The shape of a network of `spherical`: hidden layers of equal width, then its outputs.
 struct SphericalShapeRecord {  // 12 bytes
   uint32_t inputs, width, hidden_layers;
 };
@@ -46,16 +46,16 @@ struct SphericalNetworksRecord {  // 64 bytes
 };
 static_assert(sizeof(SphericalNetworksRecord) == 64);
 
-/// What answers primary rays of an object, of whatever encoding.
+/// Answers primary rays of an object with any encoding.
 struct PrimaryRecord {  // 64 bytes
-  uint32_t object;      ///< index into kObjects; records lie in the order of their objects
+  uint32_t object;      ///< index into kObjects; records are in the order of their objects
   uint16_t resolution;  ///< latent vectors along an axis of both grids
   uint8_t features;     ///< floats of each
   uint8_t half_grids;   ///< 1: in half precision, 0: in single
   uint32_t half_network;
   float slope;  ///< of the leaky ReLU below 0
   SphericalShapeRecord network;
-  float margin;          ///< part of the AABB's diagonal, 0 to 1
+  float margin;          ///< fraction of the AABB's diagonal, 0 to 1
   uint32_t reserved[4];  ///< 0
   Payload values;  ///< position, direction, then the network's layers, [inputs][outputs] each, without gaps
 };

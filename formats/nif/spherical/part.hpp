@@ -21,8 +21,7 @@ struct Object;
 struct ObjectView;
 
 /// Latent vectors of a `spherical` object; each array is [resolution][resolution][features], theta before
-/// phi, `distance` is [resolution][features]. Where `half` is set, all values are such that half precision
-/// holds.
+/// phi, `distance` is [resolution][features]. If `half` is set, all values are exact in half precision.
 struct SphericalGrids {
   bool half = false;
   uint32_t outer_resolution = 0, outer_features = 0;
@@ -30,7 +29,7 @@ struct SphericalGrids {
   uint32_t distance_resolution = 0, distance_features = 0;
   std::vector<float> outer_position, outer_direction, inner_position, inner_direction, distance;
 
-  /// Of the payload that holds them in a file.
+  /// Size of the payload in a file.
   uint64_t bytes() const {
     return (half ? 2 : 4) * (outer_position.size() + outer_direction.size() + inner_position.size() +
                              inner_direction.size() + distance.size());
@@ -44,7 +43,7 @@ struct SphericalLayers {
 
 /// Both networks of one or several `spherical` objects.
 struct SphericalNetworks {
-  bool half = false;  ///< as with grids
+  bool half = false;  ///< as for grids
   float slope = 0.01f;
   SphericalLayers outer, inner;
 
@@ -56,8 +55,8 @@ struct SphericalData {
   SphericalGrids grids;
 };
 
-/// The kernels' view of an object; valid while both live and are not changed. The bounds must be such as
-/// kernels::set_bounds() takes.
+/// The kernels' view of an object; valid while both live and do not change. kernels::set_bounds() must accept
+/// the bounds.
 kernels::SphericalField field_of(const SphericalGrids& grids, const SphericalNetworks& networks,
                                  const Bounds& bounds);
 
@@ -80,7 +79,7 @@ struct SphericalView {
 /// As PlanesReader.
 class SphericalReader {
  public:
-  /// Reads what objects share, into the asset.
+  /// Reads what objects share into the asset.
   SphericalReader(const SectionTable& sections, std::string_view file, AssetView& asset);
   uint32_t count() const { return records_.count(); }
   SphericalView read(uint32_t index, const ObjectView& object);
@@ -102,7 +101,7 @@ class SphericalWriter {
   Section *records_, *grids_;
 };
 
-/// As formats/nif/parts.hpp has it.
+/// As formats/nif/parts.hpp requires.
 struct SphericalPart {
   static constexpr const char* kName = "spherical";
   static constexpr uint32_t kSections[] = {kSphericalRecords, kSphericalNetworks, kSphericalWeights, kGrids};

@@ -1,4 +1,4 @@
-// Fields that answer primary rays, in a .nif file: optional, for objects of any encoding.
+// Fields for primary rays in a .nif file: optional, for objects of any encoding.
 #pragma once
 
 #include <memory_resource>
@@ -8,34 +8,34 @@
 
 namespace nif::format {
 
-/// What answers primary rays of an object: grids as those of SphericalGrids, and a network with
+/// Answers primary rays of an object: grids like those of SphericalGrids, and a network with
 /// kernels::kPrimaryOutputs outputs.
 struct Primary {
-  bool half_grids = false, half_network = false;  ///< as with SphericalGrids
+  bool half_grids = false, half_network = false;  ///< as for SphericalGrids
   float slope = 0.01f;
-  float margin = 0;  ///< as kernels::PrimaryField's
+  float margin = 0;  ///< as in kernels::PrimaryField
   uint32_t resolution = 0, features = 0;
   std::vector<float> position, direction;
   SphericalLayers network;
 
-  /// Of the payload that holds it in a file.
+  /// Size of the payload in a file.
   uint64_t bytes() const {
     return (half_grids ? 2 : 4) * (position.size() + direction.size()) +
            (half_network ? 2 : 4) * network.weights.size();
   }
 };
 
-/// The kernels' view of it, for an object with these bounds, such as kernels::set_bounds() takes.
+/// The kernels' view of it, for an object with these bounds, which kernels::set_bounds() must accept.
 kernels::PrimaryField field_of(const Primary& primary, const Bounds& bounds);
 
-/// What answers primary rays of one object, where it has that.
+/// Answers primary rays of one object that has such a field.
 struct PrimaryView {
   uint32_t object = 0;          ///< index into AssetView::objects
   kernels::PrimaryField field;  ///< ready to be queried
   uint64_t grid_bytes = 0, network_bytes = 0;
 };
 
-/// Reads all of a file's, in the order of their objects; bounds_of(object) gives an object's bounds.
+/// Reads all of a file's, in the order of their objects; bounds_of(object) returns an object's bounds.
 void read_primaries(const SectionTable& sections, bool present, std::string_view file,
                     std::span<const Bounds> bounds, std::pmr::vector<PrimaryView>& views);
 

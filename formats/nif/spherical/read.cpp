@@ -1,5 +1,5 @@
-// Reads `spherical` objects, the pairs of networks (MLPs) that they share, and primary fields. NaN and
-// values that are too large are refused here, in every grid and network, so kernels need no checks.
+// Reads `spherical` objects, the pairs of networks (MLPs) that they share, and primary fields. NaN and too
+// large values are refused here, in every grid and network, so kernels need no checks.
 #include "formats/nif/spherical/part.hpp"
 #include "formats/nif/spherical/primary.hpp"
 
@@ -8,7 +8,7 @@
 namespace nif::format {
 namespace {
 
-/// None is NaN or larger than kernels::kMaxSphericalValue.
+/// Whether no value is NaN or larger than kernels::kMaxSphericalValue.
 bool bounded(const kernels::SphericalValues& values, uint64_t count) {
   constexpr float kMost = kernels::kMaxSphericalValue;
   constexpr uint16_t kMostAsHalf = kernels::to_half(kMost);
@@ -29,7 +29,7 @@ uint64_t size_of(const kernels::SphericalValues& values) {
   return values.half ? sizeof(uint16_t) : sizeof(float);
 }
 
-/// A network as its record says; its weights are still to be taken from a payload.
+/// A network as its record describes it; its weights must still be taken from a payload.
 kernels::SphericalNetwork network_of(const SphericalShapeRecord& shape, uint32_t outputs, bool half,
                                      const Place& place) {
   place.within(shape.inputs, 1, kernels::kMaxSphericalInputs, "inputs", Rule::inputs_range);
@@ -40,7 +40,7 @@ kernels::SphericalNetwork network_of(const SphericalShapeRecord& shape, uint32_t
   return {{nullptr, half}, shape.inputs, shape.width, shape.hidden_layers, outputs};
 }
 
-/// A grid as its record says; its values are still to be taken from a payload.
+/// A grid as its record describes it; its values must still be taken from a payload.
 kernels::SphericalGrid grid_of(uint32_t resolution, uint32_t features, bool half, const Place& place) {
   place.within(resolution, 2, kernels::kMaxSphericalResolution, "a grid's resolution",
                Rule::resolution_range);
@@ -55,11 +55,11 @@ uint64_t values_over_distance(const kernels::SphericalGrid& grid) {
   return uint64_t{grid.resolution} * grid.features;
 }
 
-/// A run of values in a payload, all of one precision.
+/// Consecutive values in a payload, all of one precision.
 struct Run {
   kernels::SphericalValues& values;
   uint64_t count;
-  Rule rule;  ///< broken where a value is out of range
+  Rule rule;  ///< broken if a value is out of range
 };
 
 uint64_t bytes_of(std::span<const Run> runs) {
@@ -68,7 +68,7 @@ uint64_t bytes_of(std::span<const Run> runs) {
   return bytes;
 }
 
-/// Points the runs into the payload that they fill together, one after the other.
+/// Points each run to its values in the payload, which they fill together, in order.
 void take(std::span<const Run> runs, Bytes payload, const Place& place) {
   const std::byte* at = payload.data();
   for (const Run& run : runs) {

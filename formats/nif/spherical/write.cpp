@@ -1,5 +1,5 @@
-// Writes `spherical` objects, their pairs of networks (MLPs), and primary fields. Memory always has
-// floats; they become halves on their way to the file where that is asked for.
+// Writes `spherical` objects, their pairs of networks (MLPs), and primary fields. Memory always holds floats;
+// they become halves in the file if asked for.
 #include "formats/nif/asset.hpp"
 #include "formats/nif/spherical/part.hpp"
 #include "formats/nif/spherical/primary.hpp"
@@ -23,7 +23,7 @@ std::vector<float> to_floats(const kernels::SphericalValues& values, size_t coun
   return floats;
 }
 
-/// Of a grid over two angles.
+/// For a grid over two angles.
 std::vector<float> over_angles(const kernels::SphericalGrid& grid) {
   return to_floats(grid.values, size_t(grid.resolution) * grid.resolution * grid.features);
 }

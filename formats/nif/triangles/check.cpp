@@ -1,5 +1,5 @@
-// One walk over the tree, with a stack of fixed size. Each node must name exactly the next numbers, so
-// no node or triangle is shared, left out or visited twice. Each box must hold what is below it.
+// Checks the tree in one pass with a stack of fixed size. Each node must name exactly the next numbers, so no
+// node or triangle is shared, left out or visited twice. Each box must contain what is below it.
 #include "formats/nif/triangles/check.hpp"
 
 #include <algorithm>
@@ -15,14 +15,14 @@ using kernels::kInnerSlot;
 struct Box {
   float low[3], high[3];
 
-  bool holds(const float* low_end, const float* high_end) const {  // never where one is NaN
+  bool holds(const float* low_end, const float* high_end) const {  // false if one is NaN
     for (int a = 0; a < 3; ++a)
       if (!(low[a] <= low_end[a] && high_end[a] <= high[a])) return false;
     return true;
   }
 };
 
-/// A node that has been named and not yet visited.
+/// A node that has been named but not yet visited.
 struct Pending {
   uint32_t node, depth;
   Box box;

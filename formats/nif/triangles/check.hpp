@@ -1,4 +1,4 @@
-// Checks the tree of a `bvh` object, so that traversing it needs no checks.
+// Checks the tree of a `bvh` object, so that its traversal needs no checks.
 #pragma once
 
 #include <optional>
@@ -8,10 +8,9 @@
 
 namespace nif::format {
 
-/// The rule that the tree breaks, if it does. Its arrays must be there in
-/// their lengths. What passes is a tree in preorder that names each node and triangle once, no deeper than
-/// kMaxBvhDepth, with all vertices in range and finite; and each box holds what is below it, so the answer is
-/// that of a loop over all triangles.
+/// The rule that the tree breaks, if any. Its arrays must have their full lengths. A tree that passes is in
+/// preorder, names each node and triangle once, and is no deeper than kMaxBvhDepth, with all vertices in
+/// range and finite; each box contains what is below it, so the answer is that of a loop over all triangles.
 std::optional<Rule> fault_of(const kernels::TrianglesField& field);
 
 }  // namespace nif::format

@@ -1,4 +1,4 @@
-// Boxes are measured from the leaves up, then nodes are packed from the root down. Planes take 8 bits
+// Packs a tree: measures boxes from the leaves up, then packs nodes from the root down. Planes take 8 bits
 // each and are rounded outwards. Some vertices are stored twice, so that an index takes one byte.
 #include "formats/nif/triangles/pack.hpp"
 
@@ -27,7 +27,7 @@ class Packer {
   TrianglesData pack(BvhBranch& root) {
     measure(root);
     bvh_.nodes.emplace_back();
-    if (root.child_count == 0) {  // the root is always a node
+    if (root.child_count == 0) {  // the root must be a node
       BvhBranch above;
       above.child_count = 1;
       above.children[0] = &root;
@@ -42,7 +42,7 @@ class Packer {
  private:
   static constexpr uint32_t kNone = 0xffffffffu;
 
-  /// Boxes from the leaves up, of the triangles themselves.
+  /// Computes the exact boxes of the triangles, from the leaves up.
   void measure(BvhBranch& branch) const {
     std::fill_n(branch.low, 3, std::numeric_limits<float>::infinity());
     std::fill_n(branch.high, 3, -std::numeric_limits<float>::infinity());
@@ -89,8 +89,8 @@ class Packer {
         pack_node(*branch.children[s], node.first_node + rank++, depth + 1);
   }
 
-  /// The finest frame in which the interval has at most 255 steps and its ends 24 bits. Of an interval within
-  /// it is no coarser, so that boxes stay nested when they are rounded outwards.
+  /// The finest frame in which the interval has at most 255 steps and its ends have 24 bits. For an interval
+  /// within it the frame is no coarser, so that boxes stay nested when they are rounded outwards.
   static uint32_t make_frame(double low, double high, double& scale) {
     int exponent =
         std::ilogb(std::max({high - low, std::abs(low) * 0x1p-16, std::abs(high) * 0x1p-16, 0x1p-80})) - 8;
@@ -103,8 +103,7 @@ class Packer {
   }
 
   /// Appends the triangles of a node's leaves, with those of their vertices that are not among the last ones;
-  /// returns what the node's indices count from. Vertices are repeated, rarely, so that an index takes a
-  /// byte.
+  /// returns the base of the node's indices. Vertices are repeated, rarely, so that an index takes one byte.
   uint32_t pack_triangles(const BvhBranch& branch) {
     std::vector<uint32_t> used;
     for (uint32_t s = 0; s < branch.child_count; ++s) {
@@ -113,7 +112,7 @@ class Packer {
         for (const uint32_t v : triangles_[leaf.triangles[i]])
           if (std::find(used.begin(), used.end(), v) == used.end()) used.push_back(v);
     }
-    // Copies that stay within the window when all others are appended; each that does not shrinks it.
+    // Copies that stay within the window when all others are appended; each copy outside shrinks it.
     const auto end = uint32_t(bvh_.vertices.size());
     std::vector<uint32_t> kept;
     for (const uint32_t v : used)

@@ -10,7 +10,8 @@
 
 namespace nif::format {
 
-/// A tree of up to eight branches each, as a builder makes it: an inner one has children, a leaf triangles.
+/// A tree with up to eight branches per node, as a builder makes it: inner nodes have children, leaves
+/// triangles.
 struct BvhBranch {
   uint32_t child_count = 0;  ///< 0: a leaf
   uint32_t triangle_count = 0;
@@ -19,10 +20,10 @@ struct BvhBranch {
   float low[3] = {}, high[3] = {};                      ///< filled in by pack_bvh()
 };
 
-/// The tree in its place in a file: nodes and triangles in preorder, boxes rounded outwards, vertices in the
-/// order of use. Coordinates are at most kMaxBvhCoordinate / 4. `order`, unless it is null, receives the
-/// index of each triangle of the object among `triangles`. Throws Error(internal) where the tree is deeper
-/// than kMaxBvhDepth.
+/// Packs the tree as a file stores it: nodes and triangles in preorder, boxes rounded outwards, vertices in
+/// the order of use. Coordinates must be at most kMaxBvhCoordinate / 4. `order`, if not null, receives the
+/// index of each triangle of the object among `triangles`. Throws Error(internal) if the tree is deeper than
+/// kMaxBvhDepth.
 TrianglesData pack_bvh(BvhBranch& root, std::span<const std::array<float, 3>> positions,
                        std::span<const std::array<uint32_t, 3>> triangles,
                        std::vector<uint32_t>* order = nullptr);

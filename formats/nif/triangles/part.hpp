@@ -1,4 +1,4 @@
-// Triangles, as files hold them: a compressed wide BVH over exact triangles.
+// The triangles part as files store it: a compressed wide BVH over exact triangles.
 #pragma once
 
 #include <array>
@@ -36,14 +36,14 @@ struct TrianglesData {
   std::vector<std::array<float, 3>> vertices;
   std::vector<std::array<uint8_t, 3>> triangles;
 
-  /// Of the payload that holds them in a file.
+  /// Size of the payload in a file.
   uint64_t bytes() const {
     return nodes.size() * sizeof(nodes[0]) + vertices.size() * sizeof(vertices[0]) +
            triangles.size() * sizeof(triangles[0]);
   }
 };
 
-/// The kernels' view; valid while the data lives and is not changed.
+/// The kernels' view; valid while the data lives and does not change.
 kernels::TrianglesField field_of(const TrianglesData& data);
 
 struct TrianglesView {
@@ -54,7 +54,7 @@ struct TrianglesView {
   void drop_bytes() { *this = {}; }
 };
 
-/// As PlanesReader. Of an object with planes, they must be near the triangles.
+/// As PlanesReader. If an object has planes, they must be near the triangles.
 class TrianglesReader {
  public:
   TrianglesReader(const SectionTable& sections, std::string_view file, AssetView& asset);
@@ -77,7 +77,7 @@ class TrianglesWriter {
   Section *records_, *trees_;
 };
 
-/// As formats/nif/parts.hpp has it.
+/// As formats/nif/parts.hpp requires.
 struct TrianglesPart {
   static constexpr const char* kName = "triangles";
   static constexpr uint32_t kSections[] = {kTriangles, kTrees};

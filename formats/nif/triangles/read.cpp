@@ -1,5 +1,5 @@
-// A tree is checked by itself first, then beside the planes of its object: it must lie near them, and neither
-// too far out for the arithmetic of a walk.
+// Reads triangles. A tree is checked by itself first, then against the planes of its object: it must lie near
+// them, and neither may be too far out for the arithmetic of a traversal.
 #include "formats/nif/reader.hpp"
 #include "formats/nif/triangles/check.hpp"
 #include "formats/nif/triangles/part.hpp"
@@ -8,7 +8,7 @@
 namespace nif::format {
 namespace {
 
-/// Are the triangles within the grid, and both where planes and triangles take the same rays?
+/// Are the triangles within the grid, and do planes and triangles accept the same rays?
 std::optional<Rule> fault_beside(const kernels::PlanesField& grid, const kernels::TrianglesField& tree) {
   const kernels::BvhNode& root = tree.nodes[0];
   if (!(tree.extent <= 2 * kernels::kMaxExactCoordinate)) return Rule::tree_far;

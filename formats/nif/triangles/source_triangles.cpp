@@ -1,5 +1,5 @@
-// The reading side. Numbers lie packed in as few bits as the source mesh needs; each is checked, and so
-// are the bits left over. The writer is in write_source_triangles.cpp: the runtime goes without it.
+// Reads source triangles. Numbers are packed in as few bits as the source mesh needs; each is checked, and so
+// are the bits left over. The writer is in write_source_triangles.cpp, because the runtime does not need it.
 #include "formats/nif/triangles/source_triangles.hpp"
 
 namespace nif::format {

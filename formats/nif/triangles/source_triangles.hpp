@@ -1,5 +1,5 @@
-// The numbers that an object's triangles have in the source mesh, in a .nif file: optional, for objects that
-// have triangles.
+// The numbers of an object's triangles in the source mesh, in a .nif file: optional, for objects that have
+// triangles.
 #pragma once
 
 #include <cstdint>
@@ -15,15 +15,15 @@
 
 namespace nif::format {
 
-/// Optional, both or none.
+/// Optional: both, or neither.
 enum SourceSection : uint32_t {
   kSourceRecords = fourcc("SRCT"),  ///< SourceRecord[]
   kSourceNumbers = fourcc("SNUM"),  ///< each record's payload
 };
 
-/// Which triangles of the source mesh the triangles of an object are.
+/// Maps the triangles of an object to those of the source mesh.
 struct SourceRecord {    // 32 bytes
-  uint32_t object;       ///< index into kObjects; records lie in the order of their objects
+  uint32_t object;       ///< index into kObjects; records are in the order of their objects
   uint32_t triangles;    ///< of the source mesh, before cleaning
   uint32_t reserved[2];  ///< 0
   Payload numbers;       ///< of each triangle, packed: kernels::SourceTriangles
@@ -35,7 +35,7 @@ struct SourceTriangles {
   std::vector<uint32_t> numbers;  ///< of each triangle of the object, in its order; below `triangles`
 };
 
-/// Of the payload that holds so many numbers in a file.
+/// Size of the payload for this many numbers.
 uint64_t source_bytes(uint64_t numbers, uint32_t triangles);
 
 struct SourceTrianglesView {
@@ -46,9 +46,8 @@ struct SourceTrianglesView {
   uint64_t bytes = 0;
 };
 
-/// Reads all of a file's, in the order of their objects. `counts` has the triangles that each object stores;
-/// none where it has no
-/// triangles.
+/// Reads all of a file's, in the order of their objects. `counts` has the number of triangles that each
+/// object stores, or nothing if it has no triangles.
 void read_source_triangles(const SectionTable& sections, bool present, std::string_view file,
                            std::span<const std::optional<uint32_t>> counts,
                            std::pmr::vector<SourceTrianglesView>& views);

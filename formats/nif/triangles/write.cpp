@@ -1,4 +1,4 @@
-// Writes triangles, and the two ways between those that own their memory and the plain pointers that kernels
+// Writes triangles, and converts between those that own their memory and the plain pointers that kernels
 // read.
 #include "formats/nif/triangles/part.hpp"
 

@@ -1,5 +1,5 @@
-// Writes the numbers that triangles have in the source mesh, packed in as few bits as its count of
-// triangles needs. The reader is in source_triangles.cpp; they are apart because the runtime only reads.
+// Writes the numbers that triangles have in the source mesh, packed in as few bits as its number of triangles
+// needs. The reader is in source_triangles.cpp; they are separate because the runtime only reads.
 #include "formats/base/size.hpp"
 #include "formats/nif/triangles/source_triangles.hpp"
 

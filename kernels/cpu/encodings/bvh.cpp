@@ -1,5 +1,5 @@
-// Compiled once for each Highway target; the constructor picks the version for the instruction set. The
-// traversal is in traverse-inl.hpp, because `exact` uses it, too.
+// Answers `bvh` objects with SIMD. Compiled once for each Highway target; the constructor picks the version
+// for the instruction set. The traversal is in traverse-inl.hpp because `exact` uses it, too.
 #include "kernels/cpu/encodings/bvh.hpp"
 
 #include "kernels/reference/batch.hpp"
@@ -13,7 +13,7 @@
 
 #include <hwy/highway.h>
 
-// One lane is what the reference is for.
+// For a single lane there is the reference.
 #if HWY_TARGET != HWY_SCALAR
 #include "kernels/cpu/triangles/traverse-inl.hpp"
 

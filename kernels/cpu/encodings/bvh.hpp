@@ -1,4 +1,4 @@
-// `bvh` objects in SIMD: the eight boxes of a node, and the triangles of a leaf, at once.
+// `bvh` objects in SIMD: tests the eight boxes of a node, and the triangles of a leaf, at once.
 #pragma once
 
 #include "kernels/cpu/kernel_options.hpp"

@@ -1,6 +1,6 @@
-// A batch goes through the grid; rays that stay open go through the BVH, within the interval that is
-// open. Traps: few rays skip the grid, those from far away are moved for the planes alone, and hard rays
-// go to the reference.
+// Answers `exact` objects with SIMD. A batch traverses the grid; rays that stay open traverse the BVH, within
+// their open interval. Beware: a few rays alone skip the grid, rays from far away are moved for the planes
+// only, and hard rays go to the reference.
 #include "kernels/cpu/encodings/exact.hpp"
 
 #include "kernels/reference/batch.hpp"
@@ -14,7 +14,7 @@
 
 #include <hwy/highway.h>
 
-// One lane is what the reference is for.
+// For a single lane there is the reference.
 #if HWY_TARGET != HWY_SCALAR
 #include "kernels/cpu/planes/walk-inl.hpp"
 #include "kernels/cpu/triangles/traverse-inl.hpp"
@@ -22,7 +22,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace nif::kernels::cpu::HWY_NAMESPACE {
 
-/// What planes see of a batch in which rays come from far away.
+/// A batch as the planes see it, if some rays come from far away.
 struct SeenBatch {
   SegmentBatch batch;
   bool moved[kBatchRays];
@@ -36,8 +36,8 @@ HWY_NOINLINE void see(const ExactField& field, const SegmentBatch& batch, SeenBa
   }
 }
 
-/// A ray that is left to the triangles, and where boxes count for it: within an interval that a walk left
-/// open, if it is culled.
+/// Leaves a ray to the triangles. If the ray is culled, boxes count only within the interval that the
+/// traversal of the grid left open.
 HWY_INLINE void leave_to_triangles(const ExactField& field, const Segment& segment, float begin, float end,
                                    SegmentBatch& left, BoxEnds& ends, uint32_t k) {
   set_segment(left, k, segment);
@@ -52,7 +52,7 @@ struct ExactScratch {
   RayTable rays;
   HullLog log;
   HardRays hard;
-  // Rays that are left to the triangles, and where boxes count for them.
+  // Rays that are left to the triangles, and the interval in which boxes count for each.
   SegmentBatch left;
   BoxEnds ends;
   AnswerBatch answers;
@@ -61,7 +61,7 @@ struct ExactScratch {
 };
 static_assert(sizeof(ExactScratch) <= kKernelScratchBytes);
 
-/// Answers the rays that a walk has left open.
+/// Answers the rays that the traversal of the grid left open.
 HWY_INLINE void answer_left(const PackedExactField& packed, const SegmentBatch& batch, ExactScratch& s,
                             AnswerBatch& answers) {
   s.left.count = s.log.count;
@@ -81,7 +81,7 @@ struct ExactHitScratch {
   RayTable rays;
   FirstLog log;
   HardRays hard;
-  // Rays that do not surely miss, and where boxes count for them.
+  // Rays that do not certainly miss, and the interval in which boxes count for each.
   SegmentBatch left;
   BoxEnds ends;
   HitBatch hits;
@@ -90,7 +90,7 @@ struct ExactHitScratch {
 };
 static_assert(sizeof(ExactHitScratch) <= kKernelScratchBytes);
 
-/// So few rays are not worth a walk: their triangles give the same answers.
+/// For this few rays the grid does not pay off: their triangles give the same answers.
 constexpr uint32_t kFewRays = 16;
 
 HWY_NOINLINE void intersect_exact_by_reference(const ExactField& field, const SegmentBatch& batch,

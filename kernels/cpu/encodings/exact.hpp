@@ -1,5 +1,5 @@
-// The `exact` encoding in SIMD: many rays at a time through the grid, and those that it leaves open through
-// the BVH.
+// The `exact` encoding in SIMD: many rays at a time traverse the grid, and those that stay open traverse the
+// BVH.
 #pragma once
 
 #include "kernels/cpu/kernel_options.hpp"
@@ -9,7 +9,7 @@
 
 namespace nif::kernels::cpu {
 
-/// A field in the form that the SIMD kernels read: what they make of it, and the asset's own arrays.
+/// A field in the layout of the SIMD kernels: what they build from it, and the asset's own arrays.
 struct PackedExactField {
   ExactField field;
   WalkGrid walk;

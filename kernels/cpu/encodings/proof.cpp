@@ -1,5 +1,6 @@
-// Compiles the walk of prove-inl.hpp and hits-inl.hpp for each target. A trap: answer() has no use for
-// open intervals, and puts them at the end of the scratch memory, because stacks may be small.
+// Answers `proof` objects with SIMD: compiles the traversal of prove-inl.hpp and hits-inl.hpp for each
+// target. Beware: answer() does not need open intervals, and puts them at the end of the scratch memory,
+// because stacks may be small.
 #include "kernels/cpu/encodings/proof.hpp"
 
 #include "kernels/reference/batch.hpp"
@@ -14,7 +15,7 @@
 
 #include <hwy/highway.h>
 
-// One lane is what the reference is for.
+// For a single lane there is the reference.
 #if HWY_TARGET != HWY_SCALAR
 #include "kernels/cpu/planes/hits-inl.hpp"
 #include "kernels/cpu/planes/prove-inl.hpp"
@@ -51,7 +52,8 @@ SimdProofKernel::SimdProofKernel(const PlanesField& field, const KernelOptions& 
       intersect_(NIF_KERNEL_FOR(Intersect, intersect_proof, options.isa)) {}
 
 void SimdProofKernel::answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const {
-  // What stays open is not asked for; threads may have little stack, so it goes behind what prove_ uses.
+  // The caller did not ask for open intervals. Threads may have small stacks, so they go behind what prove_
+  // uses.
   std::byte* const end = static_cast<std::byte*>(scratch) + kKernelScratchBytes;
   prove_(packed_, batch, answers, *reinterpret_cast<OpenBatch*>(end - sizeof(OpenBatch)), scratch);
 }

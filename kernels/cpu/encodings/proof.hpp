@@ -1,4 +1,4 @@
-// The `proof` encoding in SIMD: many rays at a time through the grid.
+// The `proof` encoding in SIMD: many rays at a time traverse the grid.
 #pragma once
 
 #include "kernels/cpu/kernel_options.hpp"
@@ -7,7 +7,7 @@
 
 namespace nif::kernels::cpu {
 
-/// A grid in the form that the SIMD kernels read.
+/// A grid in the layout of the SIMD kernels.
 struct PackedPlanesField {
   PlanesField field;
   WalkGrid walk;

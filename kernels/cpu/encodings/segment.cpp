@@ -1,11 +1,12 @@
-// A batch walks through the grid, then the network answers what is open; hard rays and tiny batches go
-// to the reference. Processors with VNNI (dot products of small integers) get versions that use it.
+// Answers `segment` objects with SIMD. A batch traverses the grid, then the network answers what is open;
+// hard rays and tiny batches go to the reference. Processors with VNNI (dot products of small integers) get
+// versions that use it.
 #include "kernels/cpu/encodings/segment.hpp"
 
 #include "kernels/reference/batch.hpp"
 #include "kernels/reference/encodings/segment.hpp"
 
-// AVX3_DL is AVX-512 with VNNI; plain AVX3 is for the machines before it.
+// AVX3_DL is AVX-512 with VNNI; plain AVX3 is for older machines.
 #define HWY_WANT_AVX3_DL 1
 #include "kernels/cpu/targets.hpp"
 
@@ -15,7 +16,7 @@
 
 #include <hwy/highway.h>
 
-// One lane is what the reference is for.
+// For a single lane there is the reference.
 #if HWY_TARGET != HWY_SCALAR
 #include "kernels/cpu/network/network-inl.hpp"
 #include "kernels/cpu/planes/hits-inl.hpp"
@@ -42,7 +43,7 @@ HWY_NOINLINE void answer_by_reference(const PackedField& field, const SegmentBat
 
 template <bool kAvxVnni>
 void answer_with(const PackedField& field, const SegmentBatch& batch, AnswerBatch& answers, void* memory) {
-  // Too few rays to fill the lanes: the reference is done before the walk in SIMD has been set up.
+  // Too few rays to fill the lanes: the reference is faster than setting up the SIMD traversal.
   constexpr uint32_t kFewRays = 2;
   if (batch.count <= kFewRays) {
     for (uint32_t i = 0; i < batch.count; ++i) answer_by_reference(field, batch, i, answers);
@@ -69,7 +70,7 @@ struct SegmentHitScratch {
 };
 static_assert(sizeof(SegmentHitScratch) <= kKernelScratchBytes);
 
-/// `answer`: what answers its questions.
+/// `answer`: what answers the questions to the network.
 void intersect_segments(const PackedField& field, AnswerSegments answer, const SegmentBatch& batch,
                         const float* limit, HitBatch& hits, void* memory) {
   auto& s = *static_cast<SegmentHitScratch*>(memory);
@@ -97,7 +98,7 @@ HWY_AFTER_NAMESPACE();
 namespace nif::kernels::cpu {
 namespace {
 
-/// For instruction sets that are available().
+/// The instruction set must be available().
 AnswerSegments kernel_for(Isa isa) {
 #if HWY_TARGETS & HWY_AVX2
   if (isa == Isa::avx2 && has_avx_vnni()) return N_AVX2::answer_segments_vnni;

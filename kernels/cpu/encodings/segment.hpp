@@ -10,7 +10,7 @@ using AnswerSegments = void (*)(const PackedField&, const SegmentBatch&, AnswerB
 
 class SimdSegmentKernel final : public ObjectKernel {
  public:
-  /// As PackedField.
+  /// As for PackedField.
   SimdSegmentKernel(const SegmentField& field, const KernelOptions& options);
 
   void answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const override;

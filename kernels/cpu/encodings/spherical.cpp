@@ -1,5 +1,5 @@
-// Only answers for several rays are in SIMD (answer-inl.hpp). A single ray and first hits are left to
-// the reference, ray by ray.
+// Answers `spherical` objects with SIMD. Only answers for several rays are in SIMD (answer-inl.hpp); a single
+// ray and first hits go to the reference.
 #include "kernels/cpu/encodings/spherical.hpp"
 
 #include "kernels/cpu/spherical/single_weights.hpp"
@@ -15,7 +15,7 @@
 
 #include <hwy/highway.h>
 
-// One lane is what the reference is for.
+// For a single lane there is the reference.
 #if HWY_TARGET != HWY_SCALAR
 #include "kernels/cpu/spherical/answer-inl.hpp"
 

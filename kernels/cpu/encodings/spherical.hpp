@@ -1,4 +1,4 @@
-// The `spherical` encoding in SIMD: the same bits as kernels/reference, a ray to a lane.
+// The `spherical` encoding in SIMD: the same bits as kernels/reference, one ray per lane.
 #pragma once
 
 #include "kernels/cpu/kernel_options.hpp"
@@ -6,8 +6,8 @@
 
 namespace nif::kernels::cpu {
 
-/// Grids are read where they lie in the asset, and so are weights, unless they are in half precision: then
-/// from a copy in single precision.
+/// Reads grids in place, and weights too, unless they are in half precision: then it uses a copy in single
+/// precision.
 class SimdSphericalKernel final : public ObjectKernel {
  public:
   /// The field's memory must outlive the kernel. Two bytes before a grid in half precision must be readable,

@@ -1,29 +1,29 @@
-// How to move chosen lanes together and apart, for instruction sets that have no instruction for it.
+// Tables for moving chosen lanes together and apart, for instruction sets without an instruction for it.
 #pragma once
 
 #include <cstdint>
 
 namespace nif::kernels::cpu {
 
-/// For each set of eight lanes, a byte a lane: which one to take.
+/// For each set of eight lanes, one byte per lane: which lane to take.
 struct LaneOrders8 {
   alignas(64) uint8_t orders[256][8] = {};
   constexpr const uint8_t* operator[](uint32_t lanes) const { return orders[lanes]; }
 };
-/// The same of four lanes, for shuffles of bytes.
+/// The same for four lanes, for byte shuffles.
 struct LaneOrders4 {
   alignas(64) uint8_t orders[16][16] = {};
   constexpr const uint8_t* operator[](uint32_t lanes) const { return orders[lanes]; }
 };
 
-/// The chosen lanes, from the first on; then anything.
+/// The chosen lanes, starting with the first; the rest are undefined.
 constexpr uint8_t lane_together(uint32_t lanes, uint32_t place) {
   uint32_t seen = 0;
   for (uint32_t lane = 0; lane < 8; ++lane)
     if (lanes >> lane & 1 && seen++ == place) return uint8_t(lane);
   return 0;
 }
-/// For each chosen lane, how many are chosen before it.
+/// For each chosen lane, how many chosen lanes come before it.
 constexpr uint8_t lane_apart(uint32_t lanes, uint32_t place) {
   uint32_t before = 0;
   for (uint32_t lane = 0; lane < place; ++lane) before += lanes >> lane & 1;

@@ -1,4 +1,5 @@
-// What the walk leaves open, in SIMD: sample points, features, network; a ray to a lane throughout.
+// Answers in SIMD what the traversal leaves open: sample points, features, network; one ray per lane
+// throughout.
 //
 // Compiled once for each target.
 #if defined(NIF_SEGMENT_NETWORK_INL) == defined(HWY_TARGET_TOGGLE)
@@ -15,44 +16,44 @@
 HWY_BEFORE_NAMESPACE();
 namespace nif::kernels::cpu::HWY_NAMESPACE {
 
-/// Rays that the network answers next, one to a lane.
+/// Rays for the network to answer next, one per lane.
 struct Pending {
-  alignas(64) float origin[3][kLanes];  ///< in grid space, as the reference has them
+  alignas(64) float origin[3][kLanes];  ///< in grid space, as in the reference
   float direction[3][kLanes];
-  float begin[kMaxPendingRuns][kLanes], end[kMaxPendingRuns][kLanes];  ///< of runs
+  float begin[kMaxPendingRuns][kLanes], end[kMaxPendingRuns][kLanes];  ///< of intervals
   int32_t heights[kMaxPendingRuns][kLanes];
   float open_t[kLanes];
   int32_t run_count[kLanes];
   int32_t flags[kLanes];  ///< bytes: saw outside, saw inside, starts, ends; 0 or 127 each
 };
 
-/// Voxels whose corners are fetched in one go: of all points of all lanes, wherever one differs from the
-/// last.
+/// Voxels whose corners are fetched together: for all points of all lanes, each voxel that differs from the
+/// point before.
 inline constexpr uint32_t kMaxVisits = kMaxSamples * kLanes;
 
-/// What the reference calls a Placement and inputs, for all lanes.
+/// The reference's Placement and inputs, for all lanes.
 struct NetworkInputs {
   alignas(64) int32_t voxel[kMaxSamples][kLanes];  ///< x + 2^10 y + 2^20 z
   int32_t fraction[kMaxSamples][kLanes];           ///< x + 2^8 y + 2^16 z, 0..128 each
   int32_t visits[kMaxVisits + kLanes];             ///< voxels, in the order of points and then lanes
   uint32_t visited[4][kMaxVisits + kLanes];        ///< of each: features at x and x + 1 of a row along x
-  uint32_t corners[4][kLanes];                     ///< the same of each lane's current voxel
+  uint32_t corners[4][kLanes];                     ///< the same for each lane's current voxel
   uint32_t inputs[kMaxInputs / 4][kLanes];         ///< four to a word
   uint32_t hidden[2][kMaxWidth / 4][kLanes];
 };
 
-/// As to_index of the reference, but for the rounding towards zero, which conversion to integers brings.
+/// Like the reference's to_index, but without truncation, which the conversion to integers does.
 HWY_INLINE hn::Vec<Floats> clamp(hn::Vec<Floats> x, float top) {
   const Floats d;
   return hn::Min(hn::Max(x, hn::Zero(d)), hn::Set(d, top));
 }
 
 /// Adds to each 32-bit sum the products of its four bytes, 0..127 in x and -127..127 in w. kAvxVnni: the
-/// machine has AVX-VNNI, which is the one instruction of AVX-512 VNNI for AVX2.
+/// machine has AVX-VNNI, the one AVX-512 VNNI instruction that exists for AVX2.
 template <bool kAvxVnni>
 HWY_INLINE hn::Vec<Ints> add_dot(hn::Vec<Ints> sum, hn::Vec<Words> x, hn::Vec<Words> w) {
 #if HWY_TARGET == HWY_AVX3_DL
-  // The intrinsic wants a target that Highway's list for AVX3_DL does not name (1.0.3).
+  // The intrinsic needs a target that Highway's list for AVX3_DL does not name (1.0.3).
   asm("vpdpbusd %2, %1, %0" : "+v"(sum.raw) : "v"(x.raw), "v"(w.raw));
   return sum;
 #elif HWY_TARGET == HWY_AVX3
@@ -69,7 +70,7 @@ HWY_INLINE hn::Vec<Ints> add_dot(hn::Vec<Ints> sum, hn::Vec<Words> x, hn::Vec<Wo
   const __m128i pairs = _mm_maddubs_epi16(x.raw, w.raw);
   return hn::Vec<Ints>{_mm_add_epi32(sum.raw, _mm_madd_epi16(pairs, _mm_set1_epi16(1)))};
 #elif HWY_TARGET == HWY_WASM
-  // Even bytes, then odd ones, as numbers of 16 bits.
+  // Even bytes, then odd ones, as 16-bit numbers.
   const v128_t even = wasm_i32x4_dot_i16x8(wasm_v128_and(x.raw, wasm_i16x8_splat(255)),
                                            wasm_i16x8_shr(wasm_i16x8_shl(w.raw, 8), 8));
   const v128_t odd = wasm_i32x4_dot_i16x8(wasm_u16x8_shr(x.raw, 8), wasm_i16x8_shr(w.raw, 8));
@@ -87,7 +88,7 @@ HWY_INLINE hn::Vec<Ints> add_dot(hn::Vec<Ints> sum, hn::Vec<Words> x, hn::Vec<Wo
 #endif
 }
 
-/// Of the pairs (a0, a1) of 16-bit numbers in x and w, x.a0 w.a0 + x.a1 w.a1.
+/// x.a0 w.a0 + x.a1 w.a1 for the pairs (a0, a1) of 16-bit numbers in x and w.
 HWY_INLINE hn::Vec<Ints> pair_dot(hn::Vec<Ints> x, hn::Vec<Ints> w) {
 #if HWY_TARGET == HWY_AVX3_DL || HWY_TARGET == HWY_AVX3
   return hn::Vec<Ints>{_mm512_madd_epi16(x.raw, w.raw)};
@@ -104,7 +105,7 @@ HWY_INLINE hn::Vec<Ints> pair_dot(hn::Vec<Ints> x, hn::Vec<Ints> w) {
 #endif
 }
 
-/// K points for every lane, in the order of the network's inputs, and the inputs that are no features.
+/// K points for every lane, in the order of the network's inputs, and the inputs that are not features.
 HWY_INLINE void place_samples(const SegmentField& field, const Pending& rays, NetworkInputs& out) {
   const Floats d;
   const Ints di;
@@ -124,8 +125,8 @@ HWY_INLINE void place_samples(const SegmentField& field, const Pending& rays, Ne
 
   const auto open_t = hn::Load(d, rays.open_t);
   const auto spacing = hn::Div(open_t, hn::Set(d, float(count)));
-  // Where each run starts, by arc length, added up as the reference does. It comes to the point s in the last
-  // run that starts before s, because no run's length is negative.
+  // Arc length at which each interval starts, summed up as the reference does. A point at arc length s is in
+  // the last interval that starts before s, because no interval has negative length.
   const auto run_count = hn::Load(di, rays.run_count);
   uint32_t runs = 1;
   alignas(64) float run_start[kMaxPendingRuns][kLanes];
@@ -140,7 +141,7 @@ HWY_INLINE void place_samples(const SegmentField& field, const Pending& rays, Ne
   uint32_t(*const height_words)[kLanes] = out.inputs + count * field.features_per_corner / 4;
   auto heights_of_four = hn::Zero(di);
   for (uint32_t j = 0; j < count; ++j) {
-    // Points are counted from the end where the ray is reversed.
+    // If the ray is reversed, points are counted from the end.
     const auto rank =
         hn::IfThenElse(reversed, hn::Set(d, float(count - 1 - j) + 0.5f), hn::Set(d, float(j) + 0.5f));
     const auto s = hn::Mul(rank, spacing);
@@ -203,7 +204,7 @@ HWY_INLINE void place_samples(const SegmentField& field, const Pending& rays, Ne
   hn::Store(hn::BitCast(dw, hn::IfThenElse(reversed_int, swapped, flags)), dw, words[1]);
 }
 
-/// The features at the corners of a voxel that is none of the surface's: rounding has put a point there.
+/// The features at the corners of a voxel without surface, into which rounding moved a point.
 HWY_NOINLINE void visit_beside(const PackedField& field, NetworkInputs& out, uint32_t visit) {
   const auto voxel = uint32_t(out.visits[visit]);
   for (uint32_t r = 0; r < 4; ++r) {
@@ -233,7 +234,7 @@ HWY_INLINE void visit_voxels(const PackedField& field, uint32_t count, NetworkIn
     const auto before = count_bits(hn::And(word, hn::Sub(number_bit, one)));
     const auto rank = hn::Add(before, hn::BitCast(di, hn::ShiftRight<16>(hn::BitCast(dw, word))));
     const auto entry = hn::IfThenElseZero(hn::TestBit(word, number_bit), hn::Add(rank, one));
-    const auto record = hn::ShiftLeft<3>(hn::Add(entry, hn::ShiftLeft<1>(entry)));  // of 24 bytes
+    const auto record = hn::ShiftLeft<3>(hn::Add(entry, hn::ShiftLeft<1>(entry)));  // records have 24 bytes
     const auto layer = hn::Add(record, hn::ShiftLeft<2>(hn::And(z, three)));
     const auto first = gather_ints(grid.bricks.data(), record);
     const char* const layers = reinterpret_cast<const char*>(grid.bricks.data()) + sizeof(uint32_t);
@@ -261,13 +262,13 @@ HWY_INLINE void visit_voxels(const PackedField& field, uint32_t count, NetworkIn
   }
 }
 
-/// Inputs from features, for two features a corner: each point gives two bytes.
+/// Computes inputs for two features per corner: each point gives two bytes.
 HWY_INLINE void gather_pairs(const PackedField& field, uint32_t rays, NetworkInputs& out) {
   const Ints di;
   const Words dw;
   const uint32_t present = (1u << rays) - 1;
   uint32_t count = 0;
-  uint32_t fresh[kMaxSamples];  // lanes whose point lies in another voxel than the one before
+  uint32_t fresh[kMaxSamples];  // lanes whose point lies in another voxel than the previous point
   auto held = hn::Set(di, -1);
   for (uint32_t j = 0; j < field.samples; ++j) {
     const auto voxel = hn::Load(di, out.voxel[j]);
@@ -290,7 +291,7 @@ HWY_INLINE void gather_pairs(const PackedField& field, uint32_t rays, NetworkInp
       hn::Store(corners[r], dw, out.corners[r]);
     }
     next += uint32_t(__builtin_popcount(fresh[j]));
-    // Weights of low and high end along x, as a pair of 16-bit numbers.
+    // Weights of the low and high end along x, as a pair of 16-bit numbers.
     const auto fraction = hn::Load(di, out.fraction[j]);
     const auto x1 = hn::And(fraction, byte), y1 = hn::And(hn::ShiftRight<8>(fraction), byte),
                z1 = hn::ShiftRight<16>(fraction);
@@ -319,7 +320,7 @@ HWY_INLINE void gather_pairs(const PackedField& field, uint32_t rays, NetworkInp
   }
 }
 
-/// The same for any number of features, a ray at a time.
+/// The same for any number of features, one ray at a time.
 HWY_INLINE void gather_each(const PackedField& field, uint32_t rays, NetworkInputs& out) {
   const uint32_t features = field.features_per_corner;
   for (uint32_t lane = 0; lane < rays; ++lane) {
@@ -377,7 +378,7 @@ HWY_INLINE hn::Vec<Ints> evaluate_network(const Network& network, NetworkInputs&
   }
 }
 
-/// Takes up to kLanes open rays, from number k on.
+/// Takes up to kLanes open rays, starting with number k.
 HWY_INLINE void take_open(const SegmentField& field, const SegmentBatch& batch, const WalkLog& log,
                           const OpenRays& open, uint32_t k, Pending& rays) {
   const Floats d;
@@ -385,7 +386,7 @@ HWY_INLINE void take_open(const SegmentField& field, const SegmentBatch& batch, 
   const auto present = hn::FirstN(d, open.count - k);
   const auto present_int = hn::RebindMask(di, present);
   const auto if_present = [&](hn::Vec<Ints> v) { return hn::IfThenElseZero(present_int, v); };
-  // Lanes beyond the last ray: a run of no length, anywhere in the grid.
+  // Lanes beyond the last ray: an interval without length, anywhere in the grid.
   const auto info = if_present(hn::Load(di, log.end_info + k));
   const auto ray = hn::ShiftRight<kRayShift>(info);
   const auto flags = hn::GatherIndex(di, log.flags, ray);
@@ -434,7 +435,7 @@ HWY_INLINE void take_open(const SegmentField& field, const SegmentBatch& batch, 
             di, rays.flags);
 }
 
-/// Answers what the walk has left open, and adds to the hard rays what has too many runs.
+/// Answers what the traversal left open, and adds rays with too many intervals to the hard rays.
 template <bool kAvxVnni>
 HWY_INLINE void answer_open(const PackedField& field, const SegmentBatch& batch, const WalkLog& log,
                             const OpenRays& open, Pending& rays, NetworkInputs& work, AnswerBatch& answers,

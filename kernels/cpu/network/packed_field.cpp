@@ -1,5 +1,6 @@
-// After packing, pointers into the asset become null, so that the asset's arrays can be freed. Fields
-// whose corners do not all fit the packed form are the exception: they go on reading the asset.
+// Packs a `segment` field. Afterwards, pointers into the asset become null, so that the asset's arrays can be
+// freed. The exception are fields whose corners do not all fit the packed layout: they keep reading the
+// asset.
 #include "kernels/cpu/network/packed_field.hpp"
 
 #include <algorithm>

@@ -1,5 +1,4 @@
-// A field in the form that the SIMD kernels read, which stands for itself: nothing of the asset is needed
-// beside it.
+// A field in the layout of the SIMD kernels. It is self-contained: it needs nothing of the asset.
 #pragma once
 
 #include "kernels/cpu/kernel_options.hpp"
@@ -9,21 +8,20 @@
 
 namespace nif::kernels::cpu {
 
-/// What it derives from points to a copy of its network, and to nothing else unless it reads the asset's
-/// field.
+/// The base class points to a copy of its network, and to nothing else unless it reads the asset's field.
 struct PackedField : SegmentField {
-  /// The field must outlive this where reads_field.
+  /// The field must outlive this if reads_field.
   PackedField(const SegmentField& field, const KernelOptions& options);
 
   FeatureGrid corners_by_brick;
   WalkGrid walk;
-  bool reads_field;  ///< where corners_by_brick is not complete
+  bool reads_field;  ///< if corners_by_brick is not complete
 };
 
-/// Both features of a corner; 0 where it has none.
+/// Both features of a corner; 0 if it has none.
 uint16_t corner_pair(const PackedField& field, uint32_t x, uint32_t y, uint32_t z);
 
-// How the reference reads a packed field; for those that read the asset's field it reads that.
+// How the reference reads a packed field; if that reads the asset's field, so do these.
 uint32_t voxel_word(const PackedField& field, const int32_t voxel[3]);
 void interpolate_features(const PackedField& field, const SamplePoint& point, uint8_t* inputs);
 

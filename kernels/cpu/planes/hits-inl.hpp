@@ -1,6 +1,6 @@
-// First hits of objects that have a grid with planes: a walk in SIMD lists the open cells of each ray, and
-// the network, where there is one, is asked about many rays at a time which of them it is.
-// kernels/reference/planes/hit.hpp defines the hits.
+// First hits of objects that have planes: a SIMD traversal lists the open cells of each ray, and the network,
+// if there is one, tells for many rays at a time which cell has the hit. kernels/reference/planes/hit.hpp
+// defines the hits.
 //
 // Compiled once for each target.
 #if defined(NIF_PROOF_HITS_INL) == defined(HWY_TARGET_TOGGLE)
@@ -21,7 +21,7 @@ struct HitScratch {
   RayTable rays;
   HitLog log;
   HardRays hard;
-  // By end of the log: between which of its open cells the first hit is.
+  // By end of the log: the range of its open cells that contains the first hit.
   uint8_t first[kBatchRays], last[kBatchRays];
   // Segments for the network.
   uint16_t asked[kBatchRays];  ///< ends of the log
@@ -29,7 +29,7 @@ struct HitScratch {
   AnswerBatch answers;
 };
 
-/// The hits of the rays that a walk has listed.
+/// The hits of the rays that a traversal has listed.
 template <class Network>
 class HitPlacer {
  public:
@@ -53,10 +53,10 @@ class HitPlacer {
   }
 
  private:
-  static constexpr uint8_t kNowhere = 255;  ///< as `last`: no cell is to be chosen
+  static constexpr uint8_t kNowhere = 255;  ///< as `last`: there is no cell to choose
 
   uint32_t cells(uint32_t k) const { return std::min(uint32_t(log_.open.runs[k]), OpenCells::kRoom); }
-  /// The number of a part in the log, as KeepCells numbers cells.
+  /// The index of a part in the log, where KeepCells numbers cells.
   uint32_t part(uint32_t k, uint32_t cell) const {
     const auto first = uint32_t(log_.open.first[k]);
     const uint32_t at = cell < OpenCells::kRoom - 1 ? cell : uint32_t(log_.open.runs[k]) - 1;
@@ -82,7 +82,8 @@ class HitPlacer {
     set_hit(hits_, i, hit);
   }
 
-  /// Asks about segments from their ray's begin to `end(k)`, and tells whether each is occluded.
+  /// Asks the network about segments from their ray's start to `end(k)`, and reports whether each is
+  /// occluded.
   template <class End, class Tell>
   void ask(uint32_t count, const End& end, const Tell& tell) const {
     if (count == 0) return;
@@ -97,7 +98,7 @@ class HitPlacer {
     for (uint32_t q = 0; q < count; ++q) tell(s_.asked[q], s_.answers.logit[q] < 0);
   }
 
-  /// Rays that nothing surely blocks, as a whole.
+  /// Decides rays that nothing certainly blocks, each as a whole.
   void decide_open_rays() const {
     uint32_t count = 0;
     for (uint32_t k = 0; k < log_.open.count; ++k)
@@ -109,7 +110,7 @@ class HitPlacer {
         });
   }
 
-  /// Halves the cells that are left, as hit_in_cells(). False where each ray has one.
+  /// Halves the range of cells that are left, as hit_in_cells() does. Returns false if each ray has one cell.
   bool halve() const {
     uint32_t count = 0;
     for (uint32_t k = 0; k < log_.open.count; ++k)
@@ -152,12 +153,12 @@ class HitPlacer {
   HitBatch& hits_;
 };
 
-/// As ObjectKernel::intersect(). Field: as follow_segment() has it. `network(questions, answers)` answers
-/// segments; `by_reference(ray)` is the hit of one.
+/// Like ObjectKernel::intersect(). Field: as for follow_segment(). `network(questions, answers)` answers
+/// segments; `by_reference(ray)` is the hit of one ray.
 template <class Field, class Network, class ByReference>
 void hits_by_planes(const Field& field, const WalkGrid& grid, const SegmentBatch& batch, const float* limit,
                     HitBatch& hits, HitScratch& s, const Network& network, const ByReference& by_reference) {
-  // Too few rays to fill the lanes: the reference is done before the walk in SIMD has been set up.
+  // Too few rays to fill the lanes: the reference is faster than setting up the SIMD traversal.
   constexpr uint32_t kFewRays = 2;
   if (batch.count <= kFewRays) {
     for (uint32_t i = 0; i < batch.count; ++i) set_hit(hits, i, by_reference(i));

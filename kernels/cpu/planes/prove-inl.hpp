@@ -1,6 +1,6 @@
-// Answers by proofs alone in SIMD, of any field that has a grid with planes.
+// Answers by proofs alone in SIMD, for any field that has planes.
 //
-// No include guard in the usual sense: compiled once for each target.
+// Compiled once for each target, so the include guard toggles.
 #if defined(NIF_PROOF_PROVE_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef NIF_PROOF_PROVE_INL
 #undef NIF_PROOF_PROVE_INL
@@ -27,11 +27,11 @@ HWY_NOINLINE void prove_by_reference(const Field& field, const SegmentBatch& bat
   prove_one(field, batch, ray, answers, open);
 }
 
-/// As ObjectKernel::prove(). Field: as follow_segment() has it.
+/// Like ObjectKernel::prove(). Field: as for follow_segment().
 template <class Field>
 void prove_rays(const Field& field, const WalkGrid& grid, const SegmentBatch& batch, AnswerBatch& answers,
                 OpenBatch& open, void* memory) {
-  // Too few rays to fill the lanes: the reference is done before the walk in SIMD has been set up.
+  // Too few rays to fill the lanes: the reference is faster than setting up the SIMD traversal.
   constexpr uint32_t kFewRays = 2;
   if (batch.count <= kFewRays) {
     for (uint32_t i = 0; i < batch.count; ++i) prove_by_reference(field, batch, i, answers, open);

@@ -1,20 +1,20 @@
-// The walk in SIMD: a ray to a lane.
+// The DDA traversal in SIMD: one ray per lane.
 //
-// There are several groups of lanes. A step has phases: lanes whose ray is done take another, links are
-// followed down to the piece that holds the ray, the piece is passed, and the word of the next voxel is
-// fetched. All groups go through one phase before any goes through the next, so that one's loads hide behind
-// another's arithmetic. Leaps over empty voxels and cells are passed by the same instructions, and nothing
-// within a phase branches on what rays do: neither can be predicted. Only the first leaps are made before
-// rays have a lane, because lines from outside begin with them.
+// There are several groups of lanes. A step has phases: refill lanes whose ray is done, follow links down to
+// the piece that holds the ray, pass the piece, and fetch the word of the next voxel. All groups finish a
+// phase before any group starts the next, so that the loads of one hide behind the arithmetic of another.
+// Skips over empty voxels and passages through cells use the same instructions, and nothing within a phase
+// branches on what rays do, because neither can be predicted. Only the first skips happen before rays get a
+// lane, because lines from outside begin with them.
 //
-// Each axis is mirrored where the direction is negative: (k - o) * inv keeps its bits when all three change
-// sign, and so do heights when normals do, too. Every ray then walks upward. A step goes as far as the piece,
-// or the box around the voxel, reaches: to the crossing (t, axis) at which the segment leaves it. In which
-// finest cell the ray is then along the other axes follows from their own crossings, counted in the
-// reference's order (t, then the lower axis). An estimate from below that is off by at most one cell is put
-// right by one such comparison.
+// Each axis is mirrored if the direction is negative: (k - o) * inv keeps its bits when all three change
+// sign, and heights keep theirs when normals do. Every ray then moves upward. A step goes to the end of the
+// piece, or of the box around the voxel: to the crossing (t, axis) at which the segment leaves it. The
+// crossings of the other axes then give the finest cell along each of them, counted in the reference's order
+// (t, then the lower axis). An estimate from below that is at most one cell too low is corrected by one such
+// comparison.
 //
-// No include guard in the usual sense: compiled once for each target.
+// Compiled once for each target, so the include guard toggles.
 #if defined(NIF_SEGMENT_WALK_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef NIF_SEGMENT_WALK_INL
 #undef NIF_SEGMENT_WALK_INL
@@ -34,20 +34,20 @@ namespace nif::kernels::cpu::HWY_NAMESPACE {
 /// Groups of lanes that take turns.
 constexpr uint32_t kWalkGroups = 2;
 constexpr uint32_t kSlots = kWalkGroups * kLanes;
-/// So many lanes of a group must have nothing to do before they take other rays.
+/// Refill a group once this many lanes are idle.
 constexpr uint32_t kIdleToTake = kLanes > 8 ? kLanes / 8 : 1;
 
-/// Leaps over empty voxels when rays are taken, as long as so many lanes leap.
+/// Skips over empty voxels while rays are being taken, as long as this many lanes skip.
 constexpr uint32_t kFirstLeaps = 2;
 constexpr uint32_t kLanesToLeap = kLanes / 2;
 
-/// A ray being walked, word by word; in mirrored finest cells.
+/// A ray in traversal, word by word, in mirrored finest cells.
 enum RayMember : uint32_t {
   kOrigin = 0,
   kDirection = 3,
   kInverse = 6,
-  kCell = 9,  ///< in which it is
-  kNow = 12,  ///< the t at which it came there
+  kCell = 9,  ///< that the ray is in
+  kNow = 12,  ///< the t at which it entered the cell
   kLeave,
   kInfo,  ///< RayInfo
   kWord,  ///< of its voxel
@@ -58,31 +58,31 @@ struct Rays {
   alignas(64) float members[kRayMembers][kRoom];
 };
 
-/// Rays that are walked, one to a lane, and rays that wait for a lane. Those that have come from the batch
-/// and wait are few, so that they stay in the nearest cache.
+/// Rays in traversal, one per lane, and rays that wait for a lane. Few rays wait, so that they stay in the
+/// nearest cache.
 struct RayTable {
   Rays<kSlots> slots;
-  Rays<2 * kLanes + kSlack> waiting;  ///< the last comes first
-  /// By slot: where the first open cell is entered, and the last one left; with a HitLog where the ray's
-  /// piece is. Not with a WalkLog.
+  Rays<2 * kLanes + kSlack> waiting;  ///< the last is taken first
+  /// By slot: where the ray enters the first open cell and leaves the last one; with a HitLog, where it
+  /// passes its piece. Unused with a WalkLog.
   alignas(64) float open_begin[kSlots], open_end[kSlots];
 };
 
 /// Lanes of a group, as bits.
 struct Lanes {
-  uint32_t ready = 0;  ///< with a ray that goes on
-  uint32_t done = 0;   ///< with one that is done, and not yet in the log
+  uint32_t ready = 0;  ///< with a ray in traversal
+  uint32_t done = 0;   ///< with a ray that is done but not yet in the log
 };
 
-/// How far a walk is. Kept by itself, so that no store through a pointer can seem to change it.
+/// Progress of the traversal. Kept separate, so that no store through a pointer can appear to change it.
 struct Progress {
   Lanes lanes[kWalkGroups];
   uint32_t waiting = 0;          ///< rays
   uint32_t parts = 0, ends = 0;  ///< in the log
-  bool full = false;             ///< the log of open parts
+  bool full = false;             ///< the log of open parts has no room
 };
 
-/// Walks one batch, as far as the log has room at a time: a WalkLog or a HullLog.
+/// Traverses one batch, as far at a time as the log has room: a WalkLog or a HullLog.
 template <class Log>
 class Walker {
  public:
@@ -109,7 +109,7 @@ class Walker {
       for (uint32_t a = 0; a < 3; ++a) {
         const bool negative = (octant >> a) & 1;
         strides_[a][octant] = negative ? -stride[a] : stride[a];
-        // Mirrored brick b is brick -b - 1; within it, a place has the other bits.
+        // Mirrored brick b is brick -b - 1; within it, the bits of a place are inverted.
         if (negative) base_[octant] -= stride[a];
         if (negative && kWithBricks) flip_[octant] |= int32_t((1u << brick_levels_) - 1) << a * brick_levels_;
         reach_[octant] |= (negative ? 0x0f : 0xf0) << (8 + 8 * a);
@@ -124,7 +124,7 @@ class Walker {
     hard_.count = 0;
   }
 
-  /// Answers rays that the walk alone decides, and lists the others. False where there are no more.
+  /// Answers rays that the traversal alone decides, and lists the others. Returns false if none are left.
   bool walk() {
     if (taken_ >= batch_.count) return false;
     Progress now;
@@ -142,7 +142,7 @@ class Walker {
     return hn::IfThenElseZero(hn::RebindMask(Ints(), lanes), bits);
   }
 
-  /// The words of the voxels that hold some cells, or of their bricks, of the given lanes.
+  /// The words of the voxels, or of the bricks, that hold the given lanes' cells.
   HWY_INLINE hn::Vec<Ints> words_at(const hn::Vec<Floats> (&cell)[3], hn::Vec<Ints> info,
                                     hn::Mask<Floats> lanes) const {
     const Floats d;
@@ -172,7 +172,7 @@ class Walker {
   static HWY_INLINE hn::Vec<Floats> inverse_of(hn::Vec<Floats> power_of_two) {
     return floats(hn::Sub(hn::Set(Ints(), 0x7f000000), ints(power_of_two)));
   }
-  /// Sizes of the pieces that words stand for, `size` unless they are bricks.
+  /// Sizes of the pieces that words stand for: `size`, except for bricks.
   HWY_INLINE hn::Vec<Floats> sizes_of(hn::Vec<Ints> word, hn::Vec<Floats> size) const {
     if (!kWithBricks || brick_levels_ == 0) return size;
     const Ints di;
@@ -206,7 +206,7 @@ class Walker {
     }
   };
 
-  /// How far boxes reach along the three axes, in the order of bytes 1 to 3 and in their place.
+  /// How far boxes reach along the three axes, in bytes 1 to 3 of each word.
   HWY_INLINE hn::Vec<Ints> reach_of(const Group& rays) const {
     const Ints di;
     const Words dw;
@@ -214,7 +214,7 @@ class Walker {
     const auto reach = hn::BitCast(dw, hn::And(rays.word, look_up<8>(di, reach_, octant)));
     return hn::BitCast(di, hn::Or(reach, hn::ShiftRight<4>(reach)));
   }
-  /// The far planes of pieces along an axis, moved to where their boxes end.
+  /// The far planes of pieces along an axis, moved to the ends of their boxes.
   template <uint32_t kAxis>
   HWY_INLINE hn::Vec<Floats> extended(hn::Vec<Ints> reach, hn::Vec<Floats> plane) const {
     const Floats d;
@@ -223,13 +223,14 @@ class Walker {
     return hn::MulAdd(hn::ConvertTo(d, voxels), hn::Set(d, cells), plane);  // exact
   }
 
-  /// The pieces that rays are in, and where they leave them: along each axis, and the nearest of these.
+  /// The pieces that rays are in, and where they leave them: along each axis, and the nearest exit.
   struct Exits {
-    // An implicit one would be code for any processor, into which NEON's vectors cannot be inlined.
+    // An implicit one would be compiled for a generic processor, and NEON's vectors cannot be inlined into
+    // that.
     HWY_INLINE Exits() {}
     hn::Vec<Floats> low[3], t[3], nearest;
   };
-  /// Of pieces of some size; boxes reach beyond voxels and bricks.
+  /// For pieces of the given size; boxes reach beyond voxels and bricks.
   HWY_INLINE Exits exits_of(const Group& rays, hn::Vec<Floats> size, hn::Vec<Floats> inverse_size,
                             hn::Vec<Ints> reach) const {
     Exits exits;
@@ -245,8 +246,8 @@ class Walker {
     return exits;
   }
 
-  /// The cell along one axis of a ray that has crossed all planes up to `t`, its crossing of another axis
-  /// or, where `later`, of a lower one.
+  /// The cell along one axis of a ray that has crossed all planes up to `t`, which is its crossing of another
+  /// axis, or of a lower axis if `later`.
   static HWY_INLINE hn::Vec<Floats> cell_at(hn::Vec<Floats> t, hn::Mask<Floats> later, hn::Vec<Floats> origin,
                                             hn::Vec<Floats> direction, hn::Vec<Floats> inverse,
                                             hn::Vec<Floats> cell) {
@@ -261,7 +262,8 @@ class Walker {
     return hn::IfThenElse(crossed, plane, before);
   }
 
-  /// With what is known of the end of rays that come there: those that do not leave their piece.
+  /// Adds what is known about the segment's end for rays that reach it, which are those that do not leave
+  /// their piece.
   static HWY_INLINE hn::Vec<Ints> with_end(hn::Vec<Ints> info, hn::Mask<Floats> leaves_piece) {
     if constexpr (!Log::kInOrder) return info;
     const Ints di;
@@ -270,8 +272,8 @@ class Walker {
     return hn::Or(info, hn::IfThenZeroElse(hn::RebindMask(di, leaves_piece), outside));
   }
 
-  /// Takes rays from where they enter the grid over empty voxels, while that is what most of them pass.
-  /// Returns the lanes of those that go on.
+  /// Advances rays from their entry into the grid over empty voxels, as long as most of them pass such
+  /// voxels. Returns the lanes that continue.
   HWY_INLINE uint32_t leap(Group& rays, hn::Vec<Floats> leave, hn::Mask<Floats> lanes) const {
     const Floats d;
     const Ints di;
@@ -285,7 +287,7 @@ class Walker {
       const auto seen = hn::And(hn::ShiftRight<4 - kSeenShift>(rays.word), sides);
       rays.info = hn::Or(rays.info, bits_if(leaps, seen));
       const auto leaves_piece = hn::Lt(exits.nearest, leave);
-      // One that has been in both goes on, and ends where it is.
+      // A ray that has been on both sides continues, and ends where it is.
       const auto blocked =
           hn::RebindMask(d, hn::Eq(hn::And(with_end(rays.info, leaves_piece), sides), sides));
       lanes = hn::AndNot(hn::AndNot(hn::Or(leaves_piece, blocked), leaps), lanes);
@@ -303,7 +305,7 @@ class Walker {
     return bits_of(lanes);
   }
 
-  /// To grid space, clipped; rays that miss the grid are answered here.
+  /// Transforms to grid space and clips; answers rays that miss the grid.
   HWY_INLINE void take(uint32_t i, Progress& p) {
     const Floats d;
     const Ints di;
@@ -314,7 +316,7 @@ class Walker {
     Group rays;
     auto &origin = rays.origin, &direction = rays.direction, &inverse = rays.inverse, &cell = rays.cell;
 
-    // Whatever is not finite or far away fails one of these.
+    // Everything that is not finite, or far away, fails one of these.
     auto easy = hn::And(present, hn::Le(tmin, tmax));
     auto steepest = zero, steepest_outside = zero;
     for (uint32_t a = 0; a < 3; ++a) {
@@ -334,8 +336,8 @@ class Walker {
     hn::Mask<Floats> negative[3], flat[3];
     for (uint32_t a = 0; a < 3; ++a) {
       flat[a] = hn::Lt(hn::Abs(direction[a]), flat_limit);
-      // Crossings along an axis that is not moved along come out as infinite, but not where the origin lies
-      // on the grid's far face: no plane may be met there.
+      // Crossings along an axis without movement become infinite, except if the origin lies on the grid's far
+      // face: the ray must not meet a plane there.
       const auto size = hn::Set(d, float(field_.voxels[a] << field_.levels));
       easy = hn::AndNot(hn::And(flat[a], hn::Eq(origin[a], size)), easy);
     }
@@ -367,7 +369,7 @@ class Walker {
     meets = hn::And(meets, hn::Le(enter, leave));
     const auto clipped = hn::TestBit(flags, hn::Set(di, kEntersGrid));
     const auto clipped_too = hn::TestBit(flags, hn::Set(di, kLeavesGrid));
-    // In order, the end counts where a ray comes there.
+    // In order, the end counts when a ray reaches it.
     const auto outside = Log::kInOrder ? clipped : hn::Or(clipped, clipped_too);
     info = hn::Or(info, hn::IfThenElseZero(outside, hn::Set(di, int32_t(kSeenOutside) << kSeenShift)));
     if constexpr (Log::kInOrder)
@@ -408,7 +410,7 @@ class Walker {
     p.waiting += uint32_t(__builtin_popcount(lanes));
   }
 
-  /// Moves rays that wait to idle lanes of a group, as many as there are. Returns the lanes.
+  /// Moves waiting rays to idle lanes of a group, as many as there are. Returns the lanes.
   HWY_INLINE uint32_t move_in(uint32_t at, uint32_t idle, Progress& p) {
     const Floats d;
     while (uint32_t(__builtin_popcount(idle)) > p.waiting) idle &= idle - 1;
@@ -426,9 +428,9 @@ class Walker {
     const Floats d;
     const Ints di;
     auto info = ints(hn::Load(d, rays_.slots.members[kInfo] + at));
-    // A ray that ends once the log is full may lack parts.
+    // A ray that ends while the log is full may lack parts.
     if (Log::kHasRuns && HWY_UNLIKELY(p.full)) info = hn::Or(info, hn::Set(di, kIncomplete));
-    // What is visible without the network has been answered.
+    // Rays that are visible without the network have been answered.
     const auto sides = hn::Set(di, kSeenSides);
     const auto blocked = hn::Eq(hn::And(info, sides), sides);
     lanes &= bits_of(hn::Or(blocked, hn::TestBit(info, hn::Set(di, kHasRun))));
@@ -441,7 +443,7 @@ class Walker {
     p.ends += uint32_t(__builtin_popcount(lanes));
   }
 
-  /// Gives other rays to the lanes of a group that have nothing to do.
+  /// Refills the idle lanes of a group.
   HWY_INLINE void exchange(uint32_t group, Progress& p) {
     Lanes& lanes = p.lanes[group];
     if (uint32_t(__builtin_popcount(lanes.ready)) > kLanes - kIdleToTake) return;
@@ -455,7 +457,7 @@ class Walker {
     lanes.ready |= move_in(at, ~lanes.ready & kAllLanes, p);
   }
 
-  /// A step of every group. False where no ray goes on.
+  /// Advances every group by a step. Returns false if no ray is left.
   HWY_INLINE bool step(Progress& p) {
     for (uint32_t group = 0; group < kWalkGroups; ++group) exchange(group, p);
     for (uint32_t level = levels_; level-- > 0;)
@@ -469,8 +471,7 @@ class Walker {
     return any != 0;
   }
 
-  /// Takes a group's rays to the cells beyond the nearest of their exits, and fetches the words of the voxels
-  /// there.
+  /// Moves a group's rays to the cells beyond their nearest exits, and fetches the words of the voxels there.
   HWY_INLINE void move_on(uint32_t group, const Progress& p) {
     const Floats d;
     const uint32_t at = group * kLanes;
@@ -488,7 +489,8 @@ class Walker {
     hn::Store(floats(word), d, rays_.slots.members[kWord] + at);
   }
 
-  /// Goes from a group's cells that are cut in parts of 2^level finest cells to the part that holds the ray.
+  /// Descends from a group's cells that are cut in parts of 2^level finest cells to the part that holds the
+  /// ray.
   HWY_INLINE void follow_links(uint32_t group, uint32_t level, const Progress& p) {
     const Floats d;
     const Ints di;
@@ -498,7 +500,7 @@ class Walker {
     const auto octant = hn::And(ints(hn::Load(d, rays_.slots.members[kInfo] + at)), hn::Set(di, kOctant));
     const auto link = hn::And(is_kind(from, kLink), hn::RebindMask(di, mask_of(p.lanes[group].ready)));
     const auto one = hn::Set(di, 1);
-    // Mirrored cell c is cell -c - 1, whose bits are the other ones.
+    // Mirrored cell c is cell -c - 1, whose bits are inverted.
     const auto half = hn::Set(di, 1 << level);
     auto part = octant;
     for (uint32_t a = 0; a < 3; ++a) {
@@ -519,8 +521,8 @@ class Walker {
               d, size_ + at);
   }
 
-  /// One piece of every ray of a group: a cell, or a leap over empty voxels. Then fetches the words of the
-  /// voxels that come next.
+  /// Passes one piece with every ray of a group: a cell, or a skip over empty voxels. Then fetches the words
+  /// of the next voxels.
   HWY_INLINE void pass(uint32_t group, Progress& p) {
     const Floats d;
     const Ints di;
@@ -532,13 +534,13 @@ class Walker {
     hn::Store(hn::Set(d, voxel_size()), d, size_ + at);
     const auto empty = is_kind(rays.word, kEmptyVoxel);
 
-    // Exits; a part that is not there has no box beyond itself.
+    // Exits; a missing part has no box beyond itself.
     const auto reach = hn::IfThenElseZero(empty, reach_of(rays));
     const Exits exits = exits_of(rays, size, inverse_of(size), reach);
     const auto leave = hn::Load(d, rays_.slots.members[kLeave] + at);
     const auto leaves_piece = hn::Lt(exits.nearest, leave);
     const auto left = hn::Max(hn::IfThenElse(leaves_piece, exits.nearest, leave), rays.now);
-    // Heights, as pass_cell() has them, with mirrored normals.
+    // Heights, as in pass_cell(), with mirrored normals.
     const auto bits_6 = hn::Set(di, 63);
     const auto half_sum = hn::Set(d, static_cast<float>(kNormalHalf));
     const auto u = hn::Sub(hn::ConvertTo(d, hn::And(hn::ShiftRight<4>(rays.word), bits_6)), half_sum);
@@ -584,7 +586,7 @@ class Walker {
     const auto info = with_end(before_end, leaves_piece);
     const auto blocked = hn::RebindMask(d, hn::Eq(hn::And(info, sides), sides));
     if constexpr (Log::kInOrder) {
-      // As WalkResult::last_enter and last_leave.
+      // Like WalkResult::last_enter and last_leave.
       const auto within = hn::RebindMask(d, hn::Eq(hn::And(before_end, sides), sides));
       const auto last_enter = hn::IfThenElse(within, rays.now, left);
       const auto last_leave = hn::IfThenElse(hn::And(within, empty_lanes), rays.now, left);
@@ -606,13 +608,13 @@ class Walker {
     lanes.ready = goes_on;
   }
 
-  /// Rays none of whose pieces was open so far.
+  /// Rays without an open piece so far.
   static HWY_INLINE hn::Mask<Floats> without_run(hn::Vec<Ints> info) {
     const Ints di;
     return hn::RebindMask(Floats(), hn::Eq(hn::And(info, hn::Set(di, int32_t(kHasRun))), hn::Zero(di)));
   }
 
-  /// Keeps where the part of a ray that counts begins and ends, each of chosen rays.
+  /// Records where the relevant part of a ray begins and ends, each for the chosen rays.
   HWY_INLINE void keep(hn::Vec<Floats> begin, hn::Vec<Floats> end, hn::Mask<Floats> begins,
                        hn::Mask<Floats> ends, uint32_t at) {
     const Floats d;
@@ -621,8 +623,8 @@ class Walker {
     hn::Store(hn::IfThenElse(ends, end, hn::Load(d, open_end)), d, open_end);
   }
 
-  /// Logs that chosen rays pass open cells. What part of them lies between the planes is worked out only for
-  /// rays that the walk leaves open.
+  /// Logs that the chosen rays pass open cells. The part between the planes is computed only for rays that
+  /// the traversal leaves open.
   HWY_INLINE void log_open(const Group& rays, hn::Vec<Floats> left, hn::Vec<Floats> enter_height,
                            hn::Vec<Floats> leave_height, hn::Vec<Floats> size, uint32_t lanes, Progress& p) {
     const Floats d;
@@ -643,7 +645,7 @@ class Walker {
   }
 
   const PlanesField& field_;
-  const int32_t* top_;  ///< words of bricks, or of voxels where there are none
+  const int32_t* top_;  ///< words of bricks, or of voxels if there are none
   const int32_t* voxels_;
   const int32_t* parts_;
   uint32_t levels_;  ///< of links
@@ -655,13 +657,13 @@ class Walker {
   RayTable& rays_;
   Log& log_;
   HardRays& hard_;
-  // By octant: strides of bricks along each axis, the number of the brick at 0, bits of places in bricks that
-  // are the other ones, which extents of boxes count.
+  // By octant: strides of bricks along each axis, the number of the brick at 0, the bits that are inverted in
+  // places within bricks, and the box extents that count.
   alignas(64) float strides_[3][kLanes > 8 ? kLanes : 8];
   alignas(64) float base_[kLanes > 8 ? kLanes : 8];
   alignas(64) int32_t flip_[kLanes > 8 ? kLanes : 8];
   alignas(64) int32_t reach_[kLanes > 8 ? kLanes : 8];
-  alignas(64) int32_t facts_[16];      ///< by kind: SeenBits above, then below, then both where it is a wall
+  alignas(64) int32_t facts_[16];      ///< by kind: SeenBits above, then below, then both if it is a wall
   alignas(64) float exit_[3][kSlots];  ///< t at which the ray leaves its piece along each axis
   alignas(64) float reached_[kSlots];  ///< the least of those
   alignas(64) float size_[kSlots];     ///< of the piece that holds the ray, in finest cells

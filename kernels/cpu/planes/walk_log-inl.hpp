@@ -1,7 +1,7 @@
-// What the walk in SIMD finds out on its way, and what becomes of it: answers, and the runs of the rays that
-// are left open.
+// Records what the SIMD traversal finds, and turns it into answers and the intervals of the rays that are
+// left open.
 //
-// No include guard in the usual sense: compiled once for each target.
+// Compiled once for each target, so the include guard toggles.
 #if defined(NIF_SEGMENT_WALK_LOG_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef NIF_SEGMENT_WALK_LOG_INL
 #undef NIF_SEGMENT_WALK_LOG_INL
@@ -18,43 +18,43 @@
 HWY_BEFORE_NAMESPACE();
 namespace nif::kernels::cpu::HWY_NAMESPACE {
 
-/// Open parts that are logged before answers are collected. Where those of a few rays are more than there is
-/// room for, the reference answers them.
+/// Open parts that are logged before answers are collected. If the open parts of a few rays exceed this, the
+/// reference answers those rays.
 inline constexpr uint32_t kMaxOpenParts = 3 * kBatchRays;
-/// Runs of one ray that the network's part has room for.
+/// Intervals of one ray that the network's stage has room for.
 inline constexpr uint32_t kMaxPendingRuns = 32;
 
-/// Of a ray of the batch.
+/// Flags of a ray of the batch.
 enum RayFlags : int32_t { kFlatAxis = 1, kEntersGrid = 8, kLeavesGrid = 16 };
 
-/// What is known of a ray on its way, in one word.
+/// What is known about a ray in traversal, in one word.
 enum RayInfo : int32_t {
   kOctant = 7,     ///< axes whose direction is negative
-  kSeenShift = 3,  ///< SeenBits
+  kSeenShift = 3,  ///< of the SeenBits
   kSeenSides = kSeenBoth << kSeenShift,
   kHasRun = 1 << 5,       ///< some piece was open
   kIncomplete = 1 << 6,   ///< its open parts are not all in the log
-  kEndsOutside = 1 << 7,  ///< of a walk in order: it leaves the grid
+  kEndsOutside = 1 << 7,  ///< for in-order traversal: the ray leaves the grid
   kRayShift = 8           ///< its number in the batch
 };
 
-/// Whole vectors are read and written, also where the last entries are fewer.
+/// Vectors are always read and written whole, even if the last entries are fewer.
 inline constexpr uint32_t kSlack = 16;
 
-/// Rays that a walk leaves open: the first `count` ends of its log are theirs.
+/// Rays that a traversal leaves open: the first `count` ends of its log belong to them.
 struct OpenRays {
   uint32_t count;
-  alignas(64) int32_t runs[kBatchRays + kSlack];  ///< how many
-  int32_t first[kBatchRays + kSlack];             ///< number of the first in the arrays below
+  alignas(64) int32_t runs[kBatchRays + kSlack];  ///< number of intervals
+  int32_t first[kBatchRays + kSlack];             ///< index of the first one in the arrays below
   float begin[kMaxOpenParts], end[kMaxOpenParts];
   int32_t heights[kMaxOpenParts];
 };
 
-/// What happens on the way, in the order of the steps, and sorted by ray at the end.
+/// What happens during a traversal, in the order of its steps; sorted by ray at the end.
 struct WalkLog {
   static constexpr bool kHasRuns = true, kInOrder = false;
 
-  // A cell is open: for which ray, from where to where, in t and in heights, and between which planes.
+  // An open cell: for which ray, from where to where in t and in heights, and between which planes.
   alignas(64) int32_t part_info[kMaxOpenParts + kSlack];
   float part_begin[kMaxOpenParts + kSlack], part_end[kMaxOpenParts + kSlack];
   float enter_height[kMaxOpenParts + kSlack], leave_height[kMaxOpenParts + kSlack];
@@ -64,12 +64,12 @@ struct WalkLog {
   float enter[kBatchRays + kSlack];       ///< [ray]
   float leave[kBatchRays + kSlack];       ///< [ray]
   int32_t flags[kBatchRays + kSlack];     ///< [ray] RayFlags
-  int32_t rank[kBatchRays + kSlack];  ///< [ray] among those that the walk leaves open; -1 where it does not
-  OpenRays open;                      ///< at the end
+  int32_t rank[kBatchRays + kSlack];      ///< [ray] among the rays left open; -1 if the ray is decided
+  OpenRays open;                          ///< at the end
 };
 
-/// In place of a WalkLog, where only the part of each ray counts that the walk leaves open: as OpenInterval.
-/// Rays that are done, and at the end those that are left open.
+/// Replaces a WalkLog if only the part of each ray counts that the traversal leaves open, as an OpenInterval.
+/// Lists the rays that are done, and at the end those that are left open.
 struct HullLog {
   static constexpr bool kHasRuns = false, kInOrder = false;
 
@@ -80,15 +80,15 @@ struct HullLog {
   uint32_t ray(uint32_t k) const { return uint32_t(end_info[k] >> kRayShift); }
 };
 
-/// In place of a HullLog, where the part of each ray counts in which its first hit is: of rays that are
-/// blocked, too. Walks go in order, as follow_segment<true>().
+/// Replaces a HullLog if the part of each ray counts that contains its first hit; includes blocked rays.
+/// Traverses in order, like follow_segment<true>().
 struct FirstLog : HullLog {
   static constexpr bool kInOrder = true;
 };
 
-/// In place of a WalkLog, where the open cells of each ray count in which its first hit may be: of rays that
-/// are blocked, too. Of `open`, `heights` are the numbers of parts, by ray and in order, and there are no t.
-/// Walks go in order, as follow_segment<true>().
+/// Replaces a WalkLog if the open cells of each ray count that may contain its first hit; includes blocked
+/// rays. In `open`, `heights` are the indices of parts, by ray and in order, and t is unused. Traverses in
+/// order, like follow_segment<true>().
 struct HitLog : WalkLog {
   static constexpr bool kInOrder = true;
 
@@ -98,13 +98,13 @@ struct HitLog : WalkLog {
   bool blocked(uint32_t k) const { return (uint32_t(end_info[k]) & kSeenSides) == uint32_t(kSeenSides); }
 };
 
-/// Rays that are for the reference: not finite, far away, or with more runs than there is room for.
+/// Rays for the reference: not finite, far away, or with more intervals than there is room for.
 struct HardRays {
   uint32_t count;
   uint32_t ray[kBatchRays + kSlack];
 };
 
-/// Heights of the planes that words stand for. Exact, fused or not.
+/// Heights of the planes that words stand for. Exact, with or without fused multiply-add.
 struct Planes {
   hn::Vec<Floats> lower, upper;
 
@@ -122,7 +122,7 @@ struct Planes {
   }
 };
 
-/// The run in a part of the log, as pass_cell() has it.
+/// The intervals of parts of the log, as in pass_cell().
 struct RunLanes {
   hn::Vec<Floats> begin, end;
   hn::Vec<Ints> heights;
@@ -153,7 +153,7 @@ struct RunLanes {
   }
 };
 
-/// Hands out the answers that there are, and sorts the log of the rays left open by ray.
+/// Writes the known answers, and sorts the log of the rays left open by ray.
 HWY_INLINE void collect_answers(WalkLog& log, uint32_t ends, uint32_t parts, AnswerBatch& answers,
                                 HardRays& hard) {
   const Floats d;
@@ -174,7 +174,7 @@ HWY_INLINE void collect_answers(WalkLog& log, uint32_t ends, uint32_t parts, Ans
       answers.logit[rays[__builtin_ctz(lanes)]] = -kCertainLogit;
     for (uint32_t lanes = bits_of(incomplete); HWY_UNLIKELY(lanes != 0); lanes &= lanes - 1)
       hard.ray[hard.count++] = uint32_t(rays[__builtin_ctz(lanes)]);
-    // No more than have been read.
+    // Not beyond what has been read.
     hn::StoreU(gather_lanes(open, info), di, log.end_info + open_rays.count);
     open_rays.count += uint32_t(__builtin_popcount(open));
   }
@@ -188,7 +188,7 @@ HWY_INLINE void collect_answers(WalkLog& log, uint32_t ends, uint32_t parts, Ans
     const uint32_t open = bits_of(hn::And(present, hn::Gt(rank, hn::Set(di, -1))));
     if (open == 0) continue;
     const RunLanes run(log, i);
-    // No more than has been read.
+    // Not beyond what has been read.
     hn::StoreU(gather_lanes(open, rank), di, log.part_info + kept);
     hn::StoreU(gather_lanes(open, run.begin), d, log.part_begin + kept);
     hn::StoreU(gather_lanes(open, run.end), d, log.part_end + kept);
@@ -251,7 +251,7 @@ HWY_INLINE void collect_answers(FirstLog& log, uint32_t ends, uint32_t, AnswerBa
   log.count = ends;
 }
 
-/// Hands out the answers that there are, and keeps the rays that are left open.
+/// Writes the known answers, and keeps the rays that are left open.
 HWY_INLINE void collect_answers(HullLog& log, uint32_t ends, uint32_t, AnswerBatch& answers, HardRays&) {
   const Floats d;
   const Ints di;
@@ -268,7 +268,7 @@ HWY_INLINE void collect_answers(HullLog& log, uint32_t ends, uint32_t, AnswerBat
       answers.logit[rays[__builtin_ctz(lanes)]] = -kCertainLogit;
     const uint32_t open = bits_of(hn::AndNot(blocked, present));
     const LanesTogether together(open);
-    // No more than have been read.
+    // Not beyond what has been read.
     hn::StoreU(together(info), di, log.end_info + count);
     hn::StoreU(together(begin), d, log.begin + count);
     hn::StoreU(together(end), d, log.end + count);

@@ -1,11 +1,11 @@
-// How a `spherical` field answers, for each instruction set that includes this: shared by the runtime's
-// kernel and by the one that times its stages.
+// Answers a `spherical` field, for each instruction set that includes this. The runtime's kernel and the one
+// that times its stages share it.
 //
-// Each lane computes what kernels/reference/spherical/query.hpp says, in its order and without fused
-// multiply-add, so that its bits come out: sums run over a layer's inputs one after the other, in many
-// neurons at a time.
+// Each lane computes what kernels/reference/spherical/query.hpp defines, in its order and without fused
+// multiply-add, so that the bits agree: sums add a layer's inputs one after the other, for many neurons at a
+// time.
 //
-// No include guard in the usual sense: compiled once for each target.
+// Compiled once for each target, so the include guard toggles.
 #if defined(NIF_SPHERICAL_ANSWER_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef NIF_SPHERICAL_ANSWER_INL
 #undef NIF_SPHERICAL_ANSWER_INL
@@ -23,14 +23,14 @@ namespace nif::kernels::cpu::HWY_NAMESPACE {
 
 using Vector = hn::Vec<Floats>;
 
-/// Rays that one network is asked about, as the walk through the batch finds them.
+/// Rays for one network, in the order in which they appear in the batch.
 struct SphericalQueue {
   uint32_t count;
   uint32_t ray[kBatchRays + kLanes];  ///< in the batch
   float at[5][kBatchRays + kLanes];   ///< SphericalCoordinates
 };
 
-/// Neurons of kGroups vectors of rays.
+/// Number of vectors of rays whose neurons are computed together.
 inline constexpr uint32_t kGroups = 2;
 inline constexpr uint32_t kRows = kGroups * kLanes;
 
@@ -61,7 +61,7 @@ HWY_INLINE void to_angles(const Vector (&v)[3], Vector& theta, Vector& phi) {
   phi = hn::Add(hn::Mul(angle_of(v[1], v[0]), hn::Set(d, kPerTwoPi)), hn::Set(d, 0.5f));
 }
 
-/// min_of and max_of of the reference: the second where either is NaN.
+/// min_of and max_of of the reference: the second argument if either is NaN.
 HWY_INLINE Vector least(Vector a, Vector b) { return hn::IfThenElse(hn::Lt(a, b), a, b); }
 HWY_INLINE Vector most(Vector a, Vector b) { return hn::IfThenElse(hn::Gt(a, b), a, b); }
 
@@ -75,7 +75,7 @@ HWY_INLINE void put(SphericalQueue& queue, uint32_t lanes, uint32_t first, const
   queue.count += uint32_t(__builtin_popcount(lanes));
 }
 
-/// prepare_spherical() for one vector of rays: answers those that miss, queues the others.
+/// prepare_spherical() for one vector of rays: answers rays that miss and queues the others.
 HWY_INLINE void sort_rays(const SphericalField& field, const SegmentBatch& batch, uint32_t first,
                           AnswerBatch& answers, SphericalQueue (&queues)[2]) {
   const Floats d;
@@ -132,7 +132,7 @@ HWY_INLINE void sort_rays(const SphericalField& field, const SegmentBatch& batch
   put(queues[0], outer, first, at);
   put(queues[1], within, first, at);
 
-  // All others are visible: for certain where they miss and are in reach, or are empty.
+  // All others are visible: for certain if they miss and are in reach, or are empty.
   const auto in_reach = hn::Le(hn::Mul(reach, hn::Set(d, field.reach_scale)), hn::Set(d, kCertainReach));
   const uint32_t certain = (valid & bits_of(in_reach)) | (~valid & bits_of(hn::Gt(tmin, tmax)));
   for (uint32_t left = there & ~(outer | within); left != 0; left &= left - 1) {
@@ -142,7 +142,7 @@ HWY_INLINE void sort_rays(const SphericalField& field, const SegmentBatch& batch
   }
 }
 
-/// Where a coordinate lies between entries of a grid, as the reference's SphericalCell.
+/// Where a coordinate lies between entries of a grid, like the reference's SphericalCell.
 struct Cells {
   hn::Vec<Ints> low, high;
   Vector fraction;
@@ -174,7 +174,7 @@ HWY_INLINE Vector gather_values(const SphericalValues& values, hn::Vec<Ints> ind
   const Words dw;
   if (!values.half)
     return hn::BitCast(d, gather_words(static_cast<const float*>(values.data) + f, hn::ShiftLeft<2>(index)));
-  // The word that ends with the wanted half: what comes before is always there, what comes after is not.
+  // The word that ends with the wanted half: the bytes before it always exist, the bytes after it may not.
   const auto word = gather_words(static_cast<const uint16_t*>(values.data) + f - 1, hn::ShiftLeft<1>(index));
   const auto half = hn::ShiftRight<16>(word);
   const auto sign = hn::ShiftLeft<16>(hn::And(half, hn::Set(dw, 0x8000u)));
@@ -272,7 +272,7 @@ HWY_INLINE void answer_queue(const SphericalField& field, bool outer, SphericalS
   alignas(64) float out[kRows];
   for (uint32_t first = 0; first < queue.count; first += kRows) {
     for (uint32_t g = 0; g < kGroups; ++g) {
-      // Lanes beyond the last ray look at the first entries of the grids.
+      // Lanes beyond the last ray read the first entries of the grids.
       const uint32_t begin = first + g * kLanes;
       const uint32_t rays = begin < queue.count ? queue.count - begin : 0;
       const auto there = mask_of(rays >= kLanes ? kAllLanes : (1u << rays) - 1);
@@ -294,12 +294,12 @@ HWY_INLINE void answer_queue(const SphericalField& field, bool outer, SphericalS
   }
 }
 
-/// What the runtime's kernel has in place of a clock.
+/// Takes the place of a clock in the runtime's kernel.
 struct NoClock {
   void lap(SphericalStage) {}
 };
 
-/// A batch of any number of rays. `clock.lap(stage)` is told the end of each part of the work.
+/// Answers a batch of any number of rays. Calls `clock.lap(stage)` at the end of each stage.
 template <class Clock>
 HWY_INLINE void answer_batch(const SphericalField& field, const SegmentBatch& batch, AnswerBatch& answers,
                              void* memory, Clock& clock) {

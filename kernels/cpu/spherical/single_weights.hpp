@@ -1,4 +1,4 @@
-// Weights as SIMD kernels read them.
+// Converts weights to the single precision that SIMD kernels read.
 #pragma once
 
 #include <bit>
@@ -9,7 +9,8 @@
 
 namespace nif::kernels::cpu {
 
-/// The field with single weights in place of those in half precision; they are then among the copies.
+/// The field with its half-precision weights replaced by single-precision ones, which are added to the
+/// copies.
 inline SphericalField with_single_weights(SphericalField field, SharedCopies& copies) {
   for (SphericalNetwork* network : {&field.outer, &field.inner}) {
     const SphericalValues halves = network->weights;

@@ -1,5 +1,5 @@
-// Runs the code of the runtime's kernel (answer-inl.hpp) with a clock that is read after each stage. Not
-// part of the runtime: only `nif bench --stages` links it.
+// Times the stages of the runtime's `spherical` kernel (answer-inl.hpp) with a clock that is read after each
+// stage. Not part of the runtime: only `nif bench --stages` links it.
 #include "kernels/cpu/spherical/stages.hpp"
 
 #include <chrono>

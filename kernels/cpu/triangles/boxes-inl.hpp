@@ -1,8 +1,8 @@
-// The boxes of a node, eight at a time or as many as a vector holds.
+// Tests the boxes of a node, eight at a time or as many as a vector holds.
 //
-// A plane is (base + step) scale, so t = step (scale inverse) + (base scale inverse + near): a conversion and
-// one multiplication with addition for each plane. The factors of the three axes are worked out together, as
-// Ylitie, Karras and Laine propose (HPG 2017).
+// A plane is (base + step) scale, so t = step (scale inverse) + (base scale inverse + near): one conversion
+// and one multiply-add per plane. The factors of the three axes are computed together, as Ylitie, Karras and
+// Laine propose (HPG 2017).
 //
 // Compiled once for each target.
 #if defined(NIF_BVH_BOXES_INL) == defined(HWY_TARGET_TOGGLE)
@@ -21,10 +21,10 @@
 HWY_BEFORE_NAMESPACE();
 namespace nif::kernels::cpu::HWY_NAMESPACE {
 
-/// Of a node's slots.
+/// For a node's slots.
 using Slots = hn::CappedTag<float, kBvhWidth>;
 using SlotInts = hn::RebindToSigned<Slots>;
-constexpr uint32_t kFewestSlots = 4;  ///< that a vector holds
+constexpr uint32_t kFewestSlots = 4;  ///< in a vector
 
 HWY_INLINE uint32_t bits_of_slots(hn::Mask<Slots> mask) {
 #if HWY_TARGET == HWY_AVX3
@@ -42,7 +42,7 @@ HWY_INLINE uint32_t bits_of_slots(hn::Mask<Slots> mask) {
 #endif
 }
 
-/// Four words from anywhere, in every block of a vector.
+/// Four words from any address, in every block of a vector.
 HWY_INLINE hn::Vec<SlotInts> load_blocks(const uint32_t* from) {
 #if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX2
   return hn::Vec<SlotInts>{
@@ -57,7 +57,7 @@ struct SlotSets {
   uint32_t inner, leaves;
 };
 HWY_INLINE SlotSets slot_sets(const BvhNode& node) {
-  // Of the kinds, only kInnerSlot has the two upper bits.
+  // Of the kinds, only kInnerSlot has both upper bits set.
   static_assert(kInnerSlot == 7 && kBvhLeafTriangles == 4);
 #if HWY_TARGET == HWY_AVX3
   const __m128i slots = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(node.slots));
@@ -79,13 +79,13 @@ HWY_INLINE SlotSets slot_sets(const BvhNode& node) {
 #endif
 }
 
-/// The slots whose boxes the ray may meet something in, as bits; of empty ones they mean nothing. `entries`:
-/// null, or gets where each box is entered.
+/// The slots whose boxes the ray may meet something in, as bits; undefined for empty slots. `entries`: null,
+/// or receives where each box is entered.
 HWY_INLINE uint32_t meets_boxes(const BvhNode& node, const ReadyRay& ray, float* entries = nullptr) {
   const Slots d;
   const SlotInts di;
   const hn::Rebind<uint8_t, Slots> bytes;
-  // By axis, in every block; the fourth lanes are anything.
+  // By axis, in every block; the fourth lanes are undefined.
   static_assert(offsetof(BvhNode, first_node) == offsetof(BvhNode, frame) + 12);
   const auto frame = load_blocks(node.frame);
   const auto scale = hn::BitCast(d, hn::ShiftLeft<23>(hn::And(frame, hn::Set(di, 255))));
@@ -114,7 +114,7 @@ HWY_INLINE uint32_t meets_boxes(const BvhNode& node, const ReadyRay& ray, float*
   return met;
 }
 
-/// Of some slots, at least one, the one whose box is entered first, as a bit; of several, any.
+/// Of the given slots, at least one, the one whose box is entered first, as a bit; any of several equal ones.
 HWY_INLINE uint32_t nearest_slot(const float* entries, uint32_t slots) {
   const Slots d;
   alignas(32) static constexpr uint32_t kBits[kBvhWidth] = {1, 2, 4, 8, 16, 32, 64, 128};

@@ -1,5 +1,5 @@
-// Rays made ready for the traversal of a `bvh` object: a ray to a lane, and what belongs to one ray stored
-// side by side.
+// Prepares rays for the traversal of a `bvh` object: computes with one ray per lane, then stores each ray's
+// data together.
 //
 // Box tests scale t by the power of two in the direction's longest component, so that no ray can overflow
 // them. docs/encodings/bvh.md, "Boxes never change an answer" and "Triangles in single precision", derives
@@ -26,25 +26,26 @@
 HWY_BEFORE_NAMESPACE();
 namespace nif::kernels::cpu::HWY_NAMESPACE {
 
-/// Sides of triangles are off by at most kSideError times reach, times their size (and the constant below).
+/// The error of a triangle's sides is at most kSideError times reach, times their size (plus the constant
+/// below).
 constexpr float kSideError = 24 * 0x1p-24f;
-/// More than what underflow can do to the side of a triangle.
+/// More than underflow can change the side of a triangle.
 constexpr float kSideUnderflow = 0x1p-110f;
-/// With coordinates beyond it the sum of a triangle's sides might overflow, or its inverse underflow: then
-/// every triangle is left to the reference.
+/// For larger coordinates the sum of a triangle's sides might overflow, or its inverse underflow: then every
+/// triangle is left to the reference.
 constexpr float kMaxSingleReach = 0x1p56f;
 
 /// What the tests read of one ray, in groups of four.
 struct ReadyRay {
-  float inverse[4];  ///< of the direction, by axis; the last is 0
-  float near[4];     ///< a plane p is entered at t = p inverse + near, and left at
-  float far[4];      ///< p inverse + far; the last are 0
-  float origin[4];   ///< the longest axis of the direction comes third, the others keep their cyclic order;
-                     ///< the last is the padding
-  float shear[4];    ///< slopes of the first two axes against the third; two factors of errors of sides
-  float limits[4];   ///< enter and leave, of boxes; bounds of the third coordinate that are surely within t's
-  uint32_t entry[4];  ///< by axis: where in a node the planes of entry lie; the last is 0
-  uint32_t exit[4];   ///< those of exit; the last is the axis of the direction's longest component
+  float inverse[4];   ///< of the direction, by axis; the last is 0
+  float near[4];      ///< a plane p is entered at t = p inverse + near, and left at
+  float far[4];       ///< p inverse + far; the last are 0
+  float origin[4];    ///< the longest axis of the direction comes third, the others keep their cyclic order;
+                      ///< the last is the padding
+  float shear[4];     ///< slopes of the first two axes against the third; two factors of sides' error bounds
+  float limits[4];    ///< enter and leave, for boxes; third-coordinate bounds surely inside t's range
+  uint32_t entry[4];  ///< by axis: where in a node the entry planes are; the last is 0
+  uint32_t exit[4];   ///< those of the exit planes; the last is the axis of the direction's longest component
 };
 constexpr uint32_t kReadyGroups = sizeof(ReadyRay) / 16;
 
@@ -52,7 +53,7 @@ constexpr uint32_t kReadyGroups = sizeof(ReadyRay) / 16;
 struct ReadyRays {
   alignas(64) float groups[kReadyGroups][kLanes][4];
   alignas(64) int32_t met[kLanes];  ///< slots of the root, as bits
-  uint32_t traversed = 0;           ///< bits of the rays that meet some
+  uint32_t traversed = 0;           ///< bits of the rays that meet any
 
   void take(uint32_t lane, ReadyRay& ray) const {
     const hn::FixedTag<float, 4> d;
@@ -61,7 +62,7 @@ struct ReadyRays {
   }
 };
 
-/// Rays of a vector, those from far away moved to the object. Of the others nothing changes.
+/// The rays of a vector, with those from far away moved to the object. The others do not change.
 struct MovedLanes {
   alignas(64) float origin[3][kLanes];
   float tmin[kLanes], tmax[kLanes], reach[kLanes];
@@ -95,8 +96,8 @@ HWY_INLINE bool any_far(const TrianglesField& field, const SegmentBatch& batch) 
   return far != 0;
 }
 
-/// Makes the batch's rays from `first` on ready, and answers them as if they met nothing. Boxes count from
-/// `enter` to `leave`, which are counted from start_of() the ray; triangles from the rays' tmin to tmax.
+/// Prepares the batch's rays from `first` on, and answers them as if they met nothing. Boxes count from
+/// `enter` to `leave`, where t counts from start_of() the ray; triangles from the ray's tmin to tmax.
 HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const float* from, const float* to,
                            uint32_t first, AnswerBatch& answers, ReadyRays& ready) {
   const Floats d;
@@ -114,7 +115,7 @@ HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const
     far_off = hn::Max(far_off, offset);
     steepest = hn::Max(steepest, size);
   }
-  // As prepare_ray().
+  // Like prepare_ray().
   const auto extent = hn::Set(d, tree.field.extent);
   auto near_reach = hn::Max(far_off, extent);
   auto tmin = hn::LoadU(d, batch.tmin + first), tmax = hn::LoadU(d, batch.tmax + first);
@@ -146,7 +147,7 @@ HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const
     near_reach = hn::Load(d, lanes.reach);
   }
 
-  // Powers of two: a division by one is exact.
+  // Powers of two: dividing by one is exact.
   const auto power = hn::And(ints(steepest), hn::Set(di, 0x7f800000));
   const auto scale_down = floats(hn::Sub(hn::Set(di, 0x7f000000), power)), scale_up = floats(power);
   steepest = hn::Mul(steepest, scale_down);
@@ -175,7 +176,7 @@ HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const
   };
   const auto enter = clamp(hn::LoadU(d, from + first)), leave = clamp(hn::LoadU(d, to + first));
 
-  // The boxes of the root, for all rays at once: for many a ray they are all that it takes.
+  // The boxes of the root, for all rays at once: many rays need no more.
   auto met = hn::Zero(di);
   for (uint32_t used = tree.inner | tree.leaves, s = 0; used >> s != 0; ++s) {
     auto first_in = enter, last_out = leave;
@@ -192,7 +193,7 @@ HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const
   const auto some = hn::RebindMask(d, hn::Ne(met, hn::Zero(di)));
   ready.traversed = bits_of(hn::And(askable, some)) & present;
 
-  // As prepare_ray() chooses the axes of triangles.
+  // prepare_ray() chooses the axes of triangles the same way.
   const auto second = hn::Gt(hn::Abs(direction[1]), hn::Abs(direction[0]));
   const auto third = hn::Gt(hn::Abs(direction[2]), hn::Max(hn::Abs(direction[0]), hn::Abs(direction[1])));
   const auto choose = [&](const hn::Vec<Floats>* of, uint32_t next) HWY_ATTR {

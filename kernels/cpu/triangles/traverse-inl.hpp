@@ -1,14 +1,14 @@
-// The traversal of a `bvh` object: several rays in flight, a node of each in turn.
+// Traverses a `bvh` object with several rays in flight, one node of each in turn.
 //
-// What one ray does next waits for the node that it is at: for the cache, and for a long chain of arithmetic.
-// Rays that take turns fill that time with each other's work. How many leaves they meet, and when they are
-// done, cannot be predicted: a branch on it must not come before it is known, or the work begun behind it is
-// lost. So there are three groups of rays, and each goes through three phases: each ray tests the boxes of
-// its node and goes on to the next; the leaves that they met are tested; those that are done make room for
-// others. Between two phases of a group come those of others. Within a phase little branches.
+// The next step of a ray waits for its node: for the cache, and for a long chain of arithmetic. Rays that
+// take turns fill that time with each other's work. How many leaves they meet, and when they finish, cannot
+// be predicted: a branch on it must wait until it is known, or the speculative work is lost. So there are
+// three groups of rays, and each goes through three phases: each ray tests the boxes of its node and moves to
+// the next; the leaves that they met are tested; finished rays are replaced by others. Phases of the groups
+// are interleaved. There are few branches within a phase.
 //
-// After Ylitie, Karras and Laine (HPG 2017) an entry of a stack is all of a node's inner slots that are still
-// to be visited.
+// After Ylitie, Karras and Laine (HPG 2017) a stack entry holds all inner slots of a node that are still to
+// be visited.
 //
 // Compiled once for each target.
 #if defined(NIF_BVH_TRAVERSE_INL) == defined(HWY_TARGET_TOGGLE)
@@ -35,17 +35,17 @@ constexpr uint32_t kFlights = 8;
 /// Cache lines of a node's triangles and of their vertices that are fetched before its leaves are tested.
 constexpr uint32_t kTriangleLines = 2, kVertexLines = 6;
 
-/// Nodes still to be visited, inner slots of one node: from bit 0 on its first_node, from bit 32 on the inner
-/// slots, from bit 40 on those that are to be visited.
+/// Nodes still to be visited, all inner slots of one node: from bit 0 its first_node, from bit 32 the inner
+/// slots, from bit 40 the slots to be visited.
 using NodeGroup = uint64_t;
 constexpr uint32_t kInnerShift = 32, kVisitShift = 40;
 
-/// first ? a : b, where compilers would branch.
+/// first ? a : b, written so that compilers do not branch.
 HWY_INLINE uint64_t choose(bool first, uint64_t a, uint64_t b) {
   return b ^ ((a ^ b) & (0 - uint64_t(first)));
 }
 
-/// A ray on its way. Goal: what it is on its way for; keeps a state with each ray.
+/// A ray in flight. Goal: what the traversal looks for; it keeps a state for each ray.
 template <class Goal>
 struct alignas(64) Flight {
   ReadyRay ray;
@@ -62,19 +62,19 @@ template <class Goal>
 struct FlightGroup {
   Flight<Goal> flights[kFlights];
   OpenTriangles open[kFlights * kBvhWidth + 1];
-  MetTriangles met[kFlights + 1];  ///< of leaf slots, until leaves are tested: not of triangles
-  uint32_t in_flight, done;        ///< bits by flight
+  MetTriangles met[kFlights + 1];  ///< leaf slots until leaves are tested, then triangles
+  uint32_t in_flight, done;        ///< one bit per flight
   uint32_t met_count, open_count;
 };
 
-/// What traverse() works in.
+/// Working memory of traverse().
 template <class Goal>
 struct TraversalScratch {
   ReadyRays ready;
   FlightGroup<Goal> groups[kFlightGroups];
 };
 
-/// Does a ray meet any triangle?
+/// Goal: does a ray meet any triangle?
 class AnyTriangle {
  public:
   static constexpr bool kNearestFirst = false;  ///< bakers put first what is likely to block
@@ -84,7 +84,7 @@ class AnyTriangle {
 
   AnswerBatch& answers() const { return answers_; }
   HWY_INLINE void begin(Flight<AnyTriangle>&) const {}
-  /// True where the ray need go no farther.
+  /// Returns true if the ray is finished.
   HWY_INLINE bool look_at(const TrianglesField& field, Flight<AnyTriangle>& flight,
                           const OpenTriangles& found) const {
     if (!meets_open(field, batch_, flight.number, flight.ray, found)) return false;
@@ -98,7 +98,7 @@ class AnyTriangle {
   AnswerBatch& answers_;
 };
 
-/// Which of the triangles that a ray meets is the nearest?
+/// Goal: the nearest triangle that a ray meets.
 class FirstTriangle {
  public:
   static constexpr bool kNearestFirst = true;
@@ -109,7 +109,7 @@ class FirstTriangle {
     bool prepared;
   };
 
-  /// `answers` gets which rays are certain; `hits` only those that there are.
+  /// `answers` receives which rays are certain; `hits` only the hits that exist.
   FirstTriangle(const SegmentBatch& batch, AnswerBatch& answers, HitBatch& hits)
       : batch_(batch), answers_(answers), hits_(hits) {}
 
@@ -133,7 +133,7 @@ class FirstTriangle {
       if ((open & 1) == 0) continue;
       const uint32_t triangle = node.first_triangle + lowest_bit(ranks);
       if (!look_at_triangle(field, state.exact, node.first_vertex, triangle, state.nearest)) continue;
-      // Boxes have t times the power of two in the direction's longest component.
+      // Boxes use t times the power of two in the direction's longest component.
       float power = 0;
       for (uint32_t a = 0; a < 3; ++a) power = max_of(magnitude(batch_.direction[a][flight.number]), power);
       power = bits_as<float>(bits_as<uint32_t>(power) & 0x7f800000);
@@ -172,10 +172,10 @@ class Traversal {
     ready_.traversed = 0;
   }
 
-  /// Every ray tests the boxes of its node and goes on to the next.
+  /// Every ray tests the boxes of its node and moves to the next.
   HWY_INLINE void test_nodes(FlightGroup& group) const {
     group.done = group.met_count = 0;
-    const TrianglesField field = field_;  // of its own: no store can change it
+    const TrianglesField field = field_;  // a local copy: no store can change it
     uint32_t done = 0, count = 0;
     for (uint32_t bits = group.in_flight; bits != 0; bits &= bits - 1) {
       const uint32_t at = lowest_bit(bits);
@@ -187,7 +187,7 @@ class Traversal {
 
   /// Tests the leaves that rays have met.
   HWY_INLINE void test_leaves(FlightGroup& group) const {
-    const TrianglesField field = field_;  // of its own: no store can change it
+    const TrianglesField field = field_;  // a local copy: no store can change it
     const uint32_t count = group.met_count;
     for (uint32_t i = 0; i < count; ++i) {
       MetTriangles& met = group.met[i];
@@ -205,7 +205,7 @@ class Traversal {
     group.open_count = open;
   }
 
-  /// Looks at the triangles that rays have met, and gives the places of those that are done to others.
+  /// Processes the triangles that rays have met, and replaces finished rays.
   HWY_INLINE void exchange(FlightGroup& group) {
     uint32_t done = group.done;
     for (uint32_t i = 0; i < group.open_count; ++i) {
@@ -225,7 +225,7 @@ class Traversal {
   }
 
  private:
-  /// False where no ray is left.
+  /// Returns false if no ray is left.
   HWY_INLINE bool make_some_ready() {
     for (; ready_.traversed == 0; taken_ += kLanes) {
       if (taken_ >= batch_.count) return false;
@@ -234,14 +234,14 @@ class Traversal {
     return true;
   }
 
-  /// Sets the next ray out at the root.
+  /// Starts the next ray at the root.
   HWY_INLINE void start(Flight& flight) {
     const uint32_t lane = lowest_bit(ready_.traversed);
     ready_.traversed &= ready_.traversed - 1;
     ready_.take(lane, flight.ray);
     flight.stack[0] = 0;
     flight.size = 1;
-    // Most often the root has no leaves, and is passed.
+    // Usually the root has no leaves, and is skipped.
     const auto met = uint32_t(ready_.met[lane]);
     if (HWY_LIKELY((met & tree_.leaves) == 0)) {
       go_on(field_, flight, group_of(field_.nodes[0], tree_.inner, met));
@@ -257,19 +257,19 @@ class Traversal {
     return node.first_node | NodeGroup(inner) << kInnerShift | NodeGroup(to_visit) << kVisitShift;
   }
 
-  /// Chooses the next node out of a group. False where there is none.
+  /// Chooses the next node from a group. Returns false if there is none.
   static HWY_INLINE bool go_on(const TrianglesField& field, Flight& flight, NodeGroup group) {
     const auto to_visit = uint32_t(group >> kVisitShift);
     set_next(field, flight, group, to_visit ^ (to_visit - 1));
     flight.group = group & (group - (NodeGroup(1) << kVisitShift));
     return to_visit != 0;
   }
-  /// That of one of the group's slots, a bit.
+  /// Goes to the node of one of the group's slots, given as a bit.
   static HWY_INLINE void go_to(const TrianglesField& field, Flight& flight, NodeGroup group, uint32_t slot) {
     set_next(field, flight, group, slot ^ (slot - 1));
     flight.group = group & ~(NodeGroup(slot) << kVisitShift);
   }
-  /// The next node is the last of the inner slots up to some slot.
+  /// The next node is that of the last inner slot up to the given slot.
   static HWY_INLINE void set_next(const TrianglesField& field, Flight& flight, NodeGroup group,
                                   uint32_t up_to) {
     const auto inner = uint32_t(group >> kInnerShift) & 255;
@@ -279,7 +279,7 @@ class Traversal {
     __builtin_prefetch(next + sizeof(BvhNode) - 1);
   }
 
-  /// Tests the boxes of a ray's node and chooses its next one. False where there is none.
+  /// Tests the boxes of a ray's node and chooses its next one. Returns false if there is none.
   static HWY_INLINE bool step(const TrianglesField& field, Flight& flight, uint32_t at,
                               MetTriangles* met_triangles, uint32_t& count) {
     const BvhNode& node = field.nodes[flight.next];
@@ -289,7 +289,7 @@ class Traversal {
     const uint32_t leaves = met & sets.leaves, inner = met & sets.inner;
     met_triangles[count] = {{flight.next | uint64_t(at) << 32}, leaves, 0};
     count += leaves != 0;
-    // Also where no leaf is met: a branch costs more.
+    // Even if no leaf is met: a branch costs more.
     for (uint32_t line = 0; line < kTriangleLines; ++line)
       __builtin_prefetch(reinterpret_cast<const char*>(field.triangles + node.first_triangle) + 64 * line);
     for (uint32_t line = 0; line < kVertexLines; ++line)
@@ -315,12 +315,12 @@ class Traversal {
   const float *enter_, *leave_;
   const Goal goal_;
   ReadyRays& ready_;
-  uint32_t taken_ = 0;  ///< rays of the batch that have been made ready
+  uint32_t taken_ = 0;  ///< rays of the batch that have been prepared
 };
 
-/// Every ray of a batch. Boxes count only from `enter[i]` to `leave[i]`, so what a ray meets elsewhere may be
-/// missed; triangles from the ray's own tmin to its tmax. Both arrays have kBatchRays entries, and count t
-/// from start_of() the ray.
+/// Traverses every ray of a batch. Boxes count only from `enter[i]` to `leave[i]`, so hits elsewhere may be
+/// missed; triangles count from the ray's own tmin to its tmax. Both arrays have kBatchRays entries and count
+/// t from start_of() the ray.
 template <class Goal>
 HWY_INLINE void traverse_for(const Goal& goal, const BvhTree& tree, const SegmentBatch& batch,
                              const float* enter, const float* leave, TraversalScratch<Goal>& scratch) {
@@ -379,7 +379,7 @@ HWY_NOINLINE inline void traverse_to_hits(const BvhTree& tree, const SegmentBatc
     if (!(hits.t[i] < kNoHit) && scratch.answers.certain[i] != 0) hits.low[i] = kNoHit;
 }
 
-/// The same without an interval, up to `limit`, as intersect() has it.
+/// The same without an interval, up to `limit`, which is described at intersect().
 HWY_NOINLINE inline void traverse_whole_to_hits(const BvhTree& tree, const SegmentBatch& batch,
                                                 const float* limit, HitBatch& hits, BoxEnds& ends,
                                                 BvhHitScratch& scratch) {

@@ -1,4 +1,4 @@
-// A `bvh` object as the SIMD kernel has it: the field, the boxes of its root, and how far frames reach.
+// A `bvh` object as the SIMD kernel keeps it: the field, the boxes of its root, and how far frames reach.
 #pragma once
 
 #include "kernels/reference/triangles/field.hpp"
@@ -8,12 +8,12 @@ namespace nif::kernels::cpu {
 struct BvhTree {
   TrianglesField field;
   /// No plane of any node's frame, used or not, lies farther from the origin of object space along any axis.
-  /// A baker's frames lie within the root's, and this is the extent. A file may have others: only the planes
+  /// The baker's frames lie within the root's, so this is the extent. A file may have others: only the planes
   /// that boxes use must lie within the root's.
   float reach = 0;
   // The root's slots.
   uint32_t inner = 0, leaves = 0;               ///< bits by slot
-  float low[kBvhWidth][3], high[kBvhWidth][3];  ///< of those in use, which come first
+  float low[kBvhWidth][3], high[kBvhWidth][3];  ///< of the slots in use, which come first
 };
 
 inline BvhTree tree_of(const TrianglesField& field) {

@@ -1,9 +1,9 @@
-// The triangles of a node's leaves, four at once in single precision, where that surely gives the reference's
-// answer.
+// Tests the triangles of a node's leaves, four at once in single precision, if that surely gives the
+// reference's answer.
 //
-// The sides of a triangle that a ray passes on, in single precision, are off by at most a bound
-// (docs/encodings/bvh.md, "Triangles in single precision"). What is nearer to an edge, or to an end of the
-// segment, is left to the reference.
+// The sides of a triangle that a ray passes on, in single precision, have a bounded error
+// (docs/encodings/bvh.md, "Triangles in single precision"). A ray that passes nearer to an edge, or to an end
+// of the segment, is left to the reference.
 //
 // Compiled once for each target.
 #if defined(NIF_BVH_TRIANGLES_INL) == defined(HWY_TARGET_TOGGLE)
@@ -21,10 +21,10 @@
 HWY_BEFORE_NAMESPACE();
 namespace nif::kernels::cpu::HWY_NAMESPACE {
 
-/// A triangle of a leaf to a lane.
+/// One triangle of a leaf per lane.
 using Four = hn::FixedTag<float, 4>;
 
-/// Magnitudes of two coordinates, added or not.
+/// Magnitudes of two coordinates, summed or separate.
 #if HWY_TARGET == HWY_AVX3
 using Sizes = hn::Vec<hn::FixedTag<float, 8>>;
 #else
@@ -37,19 +37,19 @@ struct Corner {
   Sizes size;
 };
 
-/// For each longest axis: where a loaded vertex has its coordinates in the order of ReadyRay::origin.
-/// Vertices are loaded from the word before them, because memory may end behind the last one.
+/// For each longest axis: where a loaded vertex has its coordinates, in the order of ReadyRay::origin.
+/// Vertices are loaded from the word before them, because memory may end right after the last one.
 alignas(64) constexpr int32_t kVertexOrder[3][4] = {{2, 3, 1, 0}, {3, 1, 2, 0}, {1, 2, 3, 0}};
 
 #if HWY_TARGET == HWY_AVX3
-/// The coordinates of four vertices, as above: one a block, each four times.
+/// The same for the coordinates of four vertices: one per block, each four times.
 alignas(64) constexpr int32_t kCoordinateOrder[3][16] = {
     {2, 6, 10, 14, 3, 7, 11, 15, 1, 5, 9, 13, 1, 5, 9, 13},
     {3, 7, 11, 15, 1, 5, 9, 13, 2, 6, 10, 14, 2, 6, 10, 14},
     {1, 5, 9, 13, 2, 6, 10, 14, 3, 7, 11, 15, 3, 7, 11, 15}};
 alignas(64) constexpr int32_t kEachFourTimes[16] = {0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 2, 2, 2, 2};
 
-/// What the triangles of a leaf have in common.
+/// What the tests of a leaf's triangles share.
 class LeafRay {
  public:
   HWY_INLINE explicit LeafRay(const ReadyRay& ray)
@@ -119,7 +119,7 @@ class LeafRay {
 
  private:
   HWY_INLINE hn::Vec<Four> row(const float* from) const {
-#if HWY_TARGET == HWY_WASM  // Highway goes byte by byte
+#if HWY_TARGET == HWY_WASM  // Highway's version works byte by byte
     return hn::BitCast(Four(), hn::Vec<Ints>{wasm_i8x16_swizzle(wasm_v128_load(from), order_)});
 #else
     return hn::TableLookupLanes(hn::LoadU(Four(), from), order_);
@@ -136,10 +136,10 @@ class LeafRay {
 
 /// On which sides of the edges of four triangles the ray passes.
 struct LeafSides {
-  uint32_t open;          ///< the line may pass through it: bits by triangle
+  uint32_t open;          ///< the line may pass through the triangle: bits by triangle
   uint32_t inside;        ///< it surely does
   hn::Vec<Four> side[3];  ///< by the corner across the edge
-  hn::Vec<Four> error;    ///< what they are off by, at most
+  hn::Vec<Four> error;    ///< at most
 };
 
 HWY_INLINE uint32_t bits_of_four(hn::Mask<Four> mask) {
@@ -156,7 +156,7 @@ HWY_INLINE uint32_t bits_of_four(hn::Mask<Four> mask) {
 #endif
 }
 
-/// Of four triangles, given by corner.
+/// For four triangles, given by corner.
 HWY_INLINE LeafSides sides_of(const ReadyRay& ray, const float* const vertices[3][4]) {
   const Four d;
   const LeafRay from(ray);
@@ -175,32 +175,32 @@ HWY_INLINE LeafSides sides_of(const ReadyRay& ray, const float* const vertices[3
 
 /// A ray at a node.
 struct Visit {
-  uint64_t bits;  ///< the node, and from bit 32 on the ray's place among those in flight
+  uint64_t bits;  ///< the node, and from bit 32 on the ray's slot among those in flight
 
   uint32_t node() const { return uint32_t(bits); }
   uint32_t flight() const { return uint32_t(bits >> 32); }
 };
 
-/// Triangles of the node's leaves that the ray is to be tested against.
+/// Triangles of the node's leaves to test the ray against.
 struct MetTriangles {
   Visit visit;
-  uint32_t ranks;  ///< among the node's triangles, as bits
-  uint32_t last;   ///< of these bits
+  uint32_t ranks;  ///< within the node's triangles, as bits
+  uint32_t last;   ///< the highest of these bits
 };
 
-/// Four of them, where the line may pass through some.
+/// Four of them, if the line may pass through some.
 struct OpenTriangles {
-  alignas(64) float side[3][4];  ///< as LeafSides
+  alignas(64) float side[3][4];  ///< as in LeafSides
   float error[4];
   Visit visit;
-  uint32_t ranks;        ///< of the four, and of others after them
-  uint8_t open, inside;  ///< as LeafSides
+  uint32_t ranks;        ///< of the four, and of the others after them
+  uint8_t open, inside;  ///< as in LeafSides
 };
 
 enum class Meets { no, yes, perhaps };
 
-/// Where does the line pass through a triangle that it surely does pass through? Which is at a mean of the
-/// depths of the corners, whose weights are the sides.
+/// Where the line passes through a triangle that it surely does pass through: at the mean of the corners'
+/// depths, weighted by the sides.
 HWY_INLINE Meets meets_within(const ReadyRay& ray, const float* const corners[3], const OpenTriangles& found,
                               uint32_t i) {
   const uint32_t axis = ray.exit[3];
@@ -212,7 +212,7 @@ HWY_INLINE Meets meets_within(const ReadyRay& ray, const float* const corners[3]
   const float u = found.side[0][i], v = found.side[1][i], w = found.side[2][i];
   const float sum = (u + v) + w;
   if (!(magnitude(sum) > 16 * found.error[i])) return Meets::perhaps;
-  // Weights first, which are from 0 to 1: sides times depths may be too small for a float, or too large.
+  // Weights first, which are 0 to 1: sides times depths may be too small or too large for a float.
   const float inverse = 1 / sum;
   const float z_mean = ((u * inverse) * z[0] + (v * inverse) * z[1]) + (w * inverse) * z[2];
   const float error = 8 * (found.error[i] * magnitude(inverse)) * (most - least) + padding;
@@ -221,7 +221,7 @@ HWY_INLINE Meets meets_within(const ReadyRay& ray, const float* const corners[3]
   return Meets::perhaps;
 }
 
-/// Does the ray meet one of these triangles? `number`: which of the batch it is.
+/// Does the ray meet one of these triangles? `number`: its index in the batch.
 HWY_INLINE bool meets_open(const TrianglesField& field, const SegmentBatch& batch, uint32_t number,
                            const ReadyRay& ray, const OpenTriangles& found) {
   const BvhNode& node = field.nodes[found.visit.node()];
@@ -262,21 +262,21 @@ HWY_INLINE uint32_t ranks_in(const BvhNode& node, uint32_t leaves) {
   return ranks;
 }
 
-/// Tests the first four triangles of `ranks`, or as many as there are. Returns those that the line may pass
-/// through, as bits, and takes the four out of `ranks`.
+/// Tests the first four triangles of `ranks`, or fewer if there are fewer. Returns those that the line may
+/// pass through, as bits, and removes the four from `ranks`.
 HWY_INLINE uint32_t test_four(const TrianglesField& field, const ReadyRay& ray, const MetTriangles& met,
                               uint32_t& ranks, OpenTriangles& found) {
   const BvhNode& node = field.nodes[met.visit.node()];
   const uint8_t* const indices = field.triangles[node.first_triangle];
   const float* before = reinterpret_cast<const float*>(field.vertices + node.first_vertex) - 1;
-  // Or compilers add the node's part of the address again for each vertex.
+  // Otherwise compilers add the node's part of the address again for each vertex.
   asm("" : "+r"(before));
   const uint64_t once = (uint64_t{1} << __builtin_popcount(ranks)) - 1;
   found.ranks = ranks;
   found.visit = met.visit;
   const float* vertices[3][4];
   for (uint32_t i = 0; i < 4; ++i, ranks &= ranks - 1) {
-    // Where there are fewer than four, the last comes again.
+    // If there are fewer than four, the last one is repeated.
     const uint32_t rank = lowest_bit(ranks | met.last);
     const uint8_t* const triangle = indices + 3 * size_t(rank);
     for (uint32_t k = 0; k < 3; ++k) vertices[k][i] = before + 3 * size_t(triangle[k]);

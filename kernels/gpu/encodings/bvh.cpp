@@ -1,4 +1,4 @@
-// `bvh` objects on their way to a GPU.
+// Uploads `bvh` objects to a GPU.
 #include "kernels/gpu/triangles/upload.hpp"
 #include "kernels/gpu/upload.hpp"
 

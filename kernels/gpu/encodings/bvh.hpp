@@ -1,4 +1,4 @@
-// The exact `bvh` objects as the list of encodings has them (kernels/gpu/encoding_list.hpp).
+// Adds the exact `bvh` objects to the list of encodings (kernels/gpu/encoding_list.hpp).
 #pragma once
 
 #include "kernels/gpu/triangles/kernels.hpp"
@@ -12,7 +12,7 @@ struct BvhEncoding {
   using Field = TrianglesField;
   enum Kind : uint32_t {
     kExact = 1,
-    kSingle = 2  ///< no object's: a kernel that tests triangles in single precision, for measurements
+    kSingle = 2  ///< of no object: selects a kernel with single-precision triangle tests, for measurements
   };
   static constexpr uint32_t kKinds = 2;
   static constexpr bool kHasItems = false, kProves = false;

@@ -1,4 +1,4 @@
-// `exact` objects on their way to a GPU: what a walk leaps by takes the place of the grid's own arrays.
+// Uploads `exact` objects to a GPU: words for empty-space skipping replace the grid's own arrays.
 #include "kernels/gpu/triangles/upload.hpp"
 #include "kernels/packed/walk_grid.hpp"
 

@@ -1,5 +1,5 @@
-// `exact` objects on GPUs, as the list of encodings has them (kernels/gpu/encoding_list.hpp): the walk of
-// kernels/gpu/planes, and the traversal of kernels/gpu/triangles.
+// Adds the `exact` encoding to the list of encodings (kernels/gpu/encoding_list.hpp): the traversals of
+// kernels/gpu/planes and of kernels/gpu/triangles.
 #pragma once
 
 #include "kernels/gpu/encodings/bvh.hpp"
@@ -9,12 +9,12 @@
 
 namespace nif::kernels::gpu {
 
-/// In device memory. The grid's own arrays are not there: `walk` says what they do.
+/// In device memory. It lacks the grid's own arrays; `walk` replaces them.
 struct DeviceExactField : ExactField {
   WalkWords walk;
 };
 
-/// `stack` as for meets_nodes().
+/// `stack`: as for meets_nodes().
 template <uint32_t kStride>
 NIF_HOST_DEVICE ObjectAnswer answer_exact_ray(const DeviceExactField& field, const Segment& segment,
                                               uint32_t* stack) {
@@ -32,7 +32,7 @@ NIF_HOST_DEVICE ObjectAnswer answer_exact_ray(const DeviceExactField& field, con
           certain_bvh(field.triangles, segment)};
 }
 
-/// As intersect(). `stack` as for meets_nodes().
+/// Like intersect(). `stack`: as for meets_nodes().
 template <uint32_t kStride>
 NIF_HOST_DEVICE Hit find_exact_hit(const DeviceExactField& field, const Segment& segment, float limit,
                                    uint32_t* stack) {

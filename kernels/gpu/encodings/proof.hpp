@@ -1,4 +1,4 @@
-// The `proof` objects as the list of encodings has them (kernels/gpu/encoding_list.hpp).
+// Adds the `proof` objects to the list of encodings (kernels/gpu/encoding_list.hpp).
 #pragma once
 
 #include "kernels/gpu/object.hpp"
@@ -10,7 +10,7 @@ namespace nif::kernels::gpu {
 
 class FieldUpload;
 
-/// In device memory. The grid's own arrays are not there: `walk` says what they do.
+/// In device memory. It lacks the grid's own arrays; `walk` replaces them.
 struct DevicePlanesField : PlanesField {
   WalkWords walk;
 };

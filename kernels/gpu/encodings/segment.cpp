@@ -1,5 +1,5 @@
-// `segment` objects on their way to a GPU: what a walk leaps by and corner bricks take the place of an
-// asset's own arrays.
+// Uploads `segment` objects to a GPU: words for empty-space skipping and corner bricks replace an asset's own
+// arrays.
 #include "kernels/gpu/upload.hpp"
 #include "kernels/packed/feature_grid.hpp"
 #include "kernels/packed/walk_grid.hpp"
@@ -39,7 +39,7 @@ class SegmentUpload final : public FieldUpload {
     DeviceSegmentField field = field_;
     arena.move(field.walk.voxels, walk_.voxels.size());
     arena.move(field.walk.parts, walk_.parts.size());
-    field.brick_states = nullptr;  // the words of the walk say it all
+    field.brick_states = nullptr;  // the traversal's words replace them
     field.voxel_base = nullptr;
     field.voxel_records = nullptr;
     field.parts = nullptr;

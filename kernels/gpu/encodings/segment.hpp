@@ -1,4 +1,4 @@
-// The `segment` encoding as the list of encodings has it (kernels/gpu/encoding_list.hpp).
+// Adds the `segment` encoding to the list of encodings (kernels/gpu/encoding_list.hpp).
 #pragma once
 
 #include "kernels/gpu/network/stages.hpp"
@@ -14,7 +14,7 @@ struct SegmentEncoding {
   using HostField = SegmentField;
   using Field = DeviceSegmentField;
   enum Kind : uint32_t {
-    kPairs = 1,  ///< two features a corner, in corner bricks: what the baker makes
+    kPairs = 1,  ///< two features per corner, in corner bricks: what the baker makes
     kOthers = 2
   };
   static constexpr uint32_t kKinds = 2;
@@ -75,7 +75,7 @@ struct SegmentEncoding {
   }
 };
 
-/// Networks of fields with two features a corner, and with any number.
+/// Networks of fields with two features per corner, and with any number.
 #define NIF_SEGMENT_STAGES(STAGE)                                                        \
   STAGE(kPairNetworks, segment_2, kBlockThreads, 6, false, pipeline_segments<Matrix, 2>) \
   STAGE(kAnyNetworks, segment_any, kBlockThreads, 1, false, pipeline_segments<Matrix, 0>)

@@ -1,4 +1,4 @@
-// `spherical` objects on their way to a GPU.
+// Uploads `spherical` objects to a GPU.
 #include "kernels/gpu/upload.hpp"
 
 namespace nif::kernels::gpu {

@@ -1,4 +1,4 @@
-// The `spherical` encoding as the list of encodings has it (kernels/gpu/encoding_list.hpp).
+// Adds the `spherical` encoding to the list of encodings (kernels/gpu/encoding_list.hpp).
 #pragma once
 
 #include "kernels/gpu/spherical/kernels.hpp"
@@ -53,7 +53,7 @@ struct SphericalEncoding {
   static FieldUpload* upload(const SphericalField& field);
 };
 
-/// Half precision: narrow are networks of kHalfTiles, wide ones of kMostHalfTiles.
+/// Half precision: narrow networks have kHalfTiles, wide ones kMostHalfTiles.
 #define NIF_SPHERICAL_STAGES(STAGE)                                        \
   STAGE(kNarrowOuter, half_outer_64, kHalfThreads, 2, false,               \
         pipeline_halves<HalfMatrix, SphericalKind::outer, kHalfTiles>)     \

@@ -1,5 +1,5 @@
-// A field of the `segment` encoding in device memory: with what the walk and the gathering of features read
-// in place of the asset's own arrays.
+// A field of the `segment` encoding in device memory, with the words and corner bricks that replace the
+// asset's own arrays in traversal and feature look-up.
 #pragma once
 
 #include "kernels/gpu/device_memory.hpp"
@@ -10,19 +10,20 @@
 
 namespace nif::kernels::gpu {
 
-/// What says where the surface is, and what is known there, is not on the device but in `walk`. Where there
-/// are corner bricks, the asset's own arrays of corners and features are not either, nor is brick_table.
+/// The arrays that describe the surface and its cells are not on the device; `walk` replaces them. If there
+/// are corner bricks, neither are the asset's arrays of corners and features, nor brick_table.
 struct DeviceSegmentField : SegmentField {
   WalkWords walk;
-  CornerBricks corner_bricks;  ///< none unless there are two features a corner; without `pairs`
+  CornerBricks corner_bricks;  ///< none unless there are two features per corner; without `pairs`
   const uint32_t* next_pairs =
       nullptr;  ///< [corner_bricks.pair_count]: each pair of features, and the next one
 };
 
-/// Bricks of voxels along an axis, as CornerBricks::table numbers them.
+/// Number of bricks along an axis, as CornerBricks::table numbers them.
 NIF_HOST_DEVICE constexpr uint32_t bricks_of(uint32_t voxels) { return (voxels + 3) / 4; }
 
-/// Where the corners of a brick of voxels are, or of one without corners: in words of CornerBricks::bricks.
+/// Index of the corner brick of a brick of voxels, or of the one without corners, in words of
+/// CornerBricks::bricks.
 NIF_HOST_DEVICE inline uint32_t corner_brick(const DeviceSegmentField& field, uint32_t x, uint32_t y,
                                              uint32_t z) {
   const uint32_t number = x + bricks_of(field.voxels[0]) * (y + bricks_of(field.voxels[1]) * z);
@@ -31,10 +32,10 @@ NIF_HOST_DEVICE inline uint32_t corner_brick(const DeviceSegmentField& field, ui
   return uint32_t(sizeof(CornerBrick) / sizeof(uint32_t)) * brick;
 }
 
-/// The features of one corner, in whichever brick it is; 0 where it has none.
+/// The features of one corner, in whichever brick it is; 0 if it has none.
 NIF_HOST_DEVICE inline uint32_t find_pair(const DeviceSegmentField& field, const uint32_t (&corner)[3]) {
   const auto* const words = reinterpret_cast<const uint32_t*>(field.corner_bricks.bricks);
-  uint32_t first[3], last[3];  // bricks that the corner is of: up to two along each axis
+  uint32_t first[3], last[3];  // bricks that share the corner: up to two along each axis
   NIF_UNROLL
   for (int a = 0; a < 3; ++a) {
     const uint32_t bricks = bricks_of(field.voxels[a]);
@@ -55,8 +56,7 @@ NIF_HOST_DEVICE inline uint32_t find_pair(const DeviceSegmentField& field, const
   return 0;
 }
 
-/// Sums of a point's two features, as for_each_corner() finds them one by one: each corner's times its
-/// weight.
+/// Weighted sums of a point's two features over its corners, as for_each_corner() visits them one by one.
 NIF_HOST_DEVICE inline void sum_pairs(const DeviceSegmentField& field, const SamplePoint& point,
                                       int32_t& first, int32_t& second) {
   const uint32_t x = point.voxel[0], y = point.voxel[1], z = point.voxel[2];
@@ -67,7 +67,7 @@ NIF_HOST_DEVICE inline void sum_pairs(const DeviceSegmentField& field, const Sam
                               load_device(words, brick + 2 + (z & 3))};
   first = second = 0;
   if ((layers[0] & layers[1] & four) != four) {
-    // A point that rounding has taken out of the surface voxels: other bricks may have its corners.
+    // Rounding has moved the point out of the surface voxels: other bricks may have its corners.
     NIF_NO_UNROLL
     for (uint32_t c = 0; c < 8; ++c) {
       const uint32_t pair = find_pair(field, {x + (c & 1), y + (c >> 1 & 1), z + (c >> 2)});

@@ -1,8 +1,8 @@
-// The `segment` encoding on GPUs, to the bit as kernels/reference answers it, which has all of the maths.
+// The `segment` encoding on GPUs, with exactly the bits of kernels/reference, which has all of the maths.
 //
-// Two ways lead to the same answers: a thread alone with its ray walks it and asks the network
-// (answer_segment_ray()); or a wave runs the network for all its rays at once, by matrix instructions
-// (evaluate_wave()), and others have walked them (pipeline_kernels.hpp).
+// There are two ways to the same answers: a thread traverses its own ray and evaluates the network for it
+// (answer_segment_ray()); or a wave evaluates the network for all its rays at once, by matrix instructions
+// (evaluate_wave()), after other threads have traversed them (pipeline_kernels.hpp).
 #pragma once
 
 #include "kernels/gpu/network/device_field.hpp"
@@ -14,23 +14,23 @@
 
 namespace nif::kernels::gpu {
 
-/// Runs of a walk that are kept, in shared memory and in items. Rays of more are walked again.
+/// Intervals of a traversal that are kept, in shared memory and in items. Rays with more are traversed again.
 inline constexpr uint32_t kKeptRuns = 5, kRunWords = 3, kKeptWords = kKeptRuns * kRunWords;
-/// Points of such a ray that are kept in their place.
+/// Points of such a ray that are kept in the same memory.
 inline constexpr uint32_t kPointWords = 2, kKeptPoints = kKeptWords / kPointWords;
 
-/// Hidden layers of wider networks are left to threads by themselves: outputs of one layer wait in registers
-/// until all its inputs are used up.
+/// Wider networks are left to single threads: the outputs of a hidden layer wait in registers until all its
+/// inputs are used up.
 inline constexpr uint32_t kMaxTiles = 3;
 inline constexpr uint32_t kMaxTiledWidth = kMaxTiles * kTileNeurons;
 
-/// How a field's network lies in shared memory for evaluate_wave(): biases, weights row by row with whole
+/// Layout of a field's network in shared memory for evaluate_wave(): biases, weights row by row with whole
 /// tiles of rows, inputs row by row. Made on the host.
 struct SegmentLayout {
   uint32_t widest;  ///< neurons of the widest hidden layer
   bool tiled;       ///< whether evaluate_wave() can be used
   uint32_t stride;  ///< bytes of a row of weights or of a ray's inputs
-  uint32_t rows;    ///< of weights, of all layers
+  uint32_t rows;    ///< of weights, in all layers
   uint32_t bytes;   ///< of shared memory
 };
 
@@ -48,20 +48,20 @@ inline SegmentLayout make_layout(const SegmentField& field) {
     layout.rows += last ? 1 : round_up(layer.outputs, kTileNeurons);
   }
   layout.widest = widest;
-  // 16 more than whole tiles: rows then start in different banks, and stay aligned for the widest loads.
+  // 16 more than whole tiles: rows then start in different banks and stay aligned for the widest loads.
   layout.stride = round_up(longest, kTileInputs) + 16;
   layout.bytes = round_up(4 * layout.rows, 16) + (layout.rows + kBlockThreads) * layout.stride;
   layout.tiled = widest <= kMaxTiledWidth && layout.bytes <= kSharedLimit;
   return layout;
 }
 
-/// That of a walk that needs no network.
+/// The answer of a traversal that needs no network.
 NIF_HOST_DEVICE inline ObjectAnswer answer_of(const WalkResult& walk) {
   return {walk.verdict == Verdict::visible ? kCertainLogit : -kCertainLogit, walk.certain};
 }
 
-/// What a thread keeps of its walk in shared memory, in words kStride apart: a column of as many threads,
-/// or 1.
+/// What a thread keeps of its traversal in shared memory, in words that are kStride apart: a column among as
+/// many threads, or 1.
 template <uint32_t kStride>
 class KeptRuns {
  public:
@@ -96,8 +96,8 @@ class KeptRuns {
   uint32_t* column_;
 };
 
-/// Writes a point's inputs to where they stand among those of the ray. kFeatures: of a corner, 2 by corner
-/// bricks; or 0 for any number, a feature at a time.
+/// Writes a point's inputs to their places among those of the ray. kFeatures: features per corner; 2 reads
+/// corner bricks, and 0 means any number, one feature at a time.
 template <uint32_t kFeatures>
 NIF_HOST_DEVICE void put_point(const DeviceSegmentField& field, uint32_t number, const SamplePoint& point,
                                unsigned char* inputs) {
@@ -167,7 +167,7 @@ NIF_HOST_DEVICE int32_t evaluate_row(const Thread& thread, const Network& networ
   }
 }
 
-/// A thread alone with its ray: walk, sample points, features, network. `widest` and `row` as for
+/// One thread answers its ray: traversal, sample points, features, network. `widest` and `row`: as for
 /// evaluate_row().
 template <uint32_t kFeatures, class Thread, class Kept>
 NIF_HOST_DEVICE ObjectAnswer answer_segment_ray(const Thread& thread, const DeviceSegmentField& field,
@@ -183,7 +183,8 @@ NIF_HOST_DEVICE ObjectAnswer answer_segment_ray(const Thread& thread, const Devi
         put_point<kFeatures>(field, number, point, row);
       });
   } else {
-    // Only where points lie is kept on the way, for walking and gathering take many registers each.
+    // The traversal only records where points lie, because traversal and feature look-up take many registers
+    // each.
     for (uint32_t first = 0; first < field.samples; first += kKeptPoints) {
       SamplePlacer again(field, walk);
       WalkResult same;
@@ -200,7 +201,7 @@ NIF_HOST_DEVICE ObjectAnswer answer_segment_ray(const Thread& thread, const Devi
   return {evaluate_row(thread, field.network, widest, row), false};
 }
 
-/// Copies the network to shared memory, in whole tiles: what is beyond it is 0. For all threads of a block.
+/// Copies the network to shared memory, in whole tiles padded with 0. All threads of a block must call this.
 template <class Thread>
 NIF_HOST_DEVICE void load_network(const Thread& thread, const Network& network, const SegmentLayout& layout,
                                   unsigned char* biases, unsigned char* weights) {
@@ -223,7 +224,7 @@ NIF_HOST_DEVICE void load_network(const Thread& thread, const Network& network, 
   }
 }
 
-/// One hidden layer for the rays of a wave, whose inputs become its outputs.
+/// One hidden layer for the rays of a wave; its outputs overwrite its inputs.
 template <class Matrix, class Thread>
 NIF_HOST_DEVICE NIF_INLINE void apply_layer(const Thread& thread, const Network::Layer& layer,
                                             uint32_t stride, const unsigned char* biases,
@@ -252,8 +253,9 @@ NIF_HOST_DEVICE NIF_INLINE void apply_layer(const Thread& thread, const Network:
   thread.wave_sync();
 }
 
-/// The network's output for the lane's row of inputs; those of the wave start at `inputs`. For all lanes of a
-/// wave: one without a ray works on what there is in its row. From its end on a lane reads only its own row.
+/// The network's output for the lane's row of inputs; those of the wave start at `inputs`. All lanes of a
+/// wave must call this: a lane without a ray works on whatever its row contains. At the end a lane
+/// reads only its own row.
 template <class Matrix, class Thread>
 NIF_HOST_DEVICE NIF_INLINE int32_t evaluate_wave(const Thread& thread, const Network& network,
                                                  uint32_t stride, const unsigned char* biases,

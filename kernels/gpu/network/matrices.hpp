@@ -1,11 +1,11 @@
-// A layer of a network for all rays of a wave at once, by the matrix instructions that the target has: one
-// name for each kind, and how its operands lie over the lanes.
+// Evaluates a layer of a network for all rays of a wave at once with the target's matrix instructions: one
+// structure for each kind of instruction, with the layout of its operands over the lanes.
 //
 // All do the same: to the sums of 16 neurons for each of the wave's rays they add the products of 32 inputs.
-// Weights lie row by row (a neuron's inputs one after the other), inputs ray by ray, both as bytes, rows
-// 16-byte aligned. Each lane gets the sums of 16 (neuron, ray) pairs in four groups: group g is of ray
-// ray(lane, g) and of neurons 4 quad(lane, g) to 4 quad(lane, g) + 3, so that the outputs of a group are one
-// word of the ray's next inputs. Neurons are dealt to the instruction's rows so that this comes out.
+// Weights are stored row by row (a neuron's inputs one after the other), inputs ray by ray, both as bytes,
+// rows 16-byte aligned. Each lane gets the sums of 16 (neuron, ray) pairs in four groups: group g belongs to
+// ray ray(lane, g) and to neurons 4 quad(lane, g) to 4 quad(lane, g) + 3, so that the outputs of a group are
+// one word of the ray's next inputs. Neurons are assigned to the instruction's rows accordingly.
 //
 // Integer sums do not depend on their order: every kind gives the same bits.
 #pragma once
@@ -19,7 +19,7 @@ inline constexpr uint32_t kTileNeurons = 16, kTileInputs = 32, kTileGroups = 4;
 /// [group][neuron of four]
 using TileSums = int32_t[kTileGroups][4];
 
-/// Dot products of four bytes, a ray to a lane: gfx1030, and any other.
+/// Dot products of four bytes, one ray per lane: gfx1030, and any other target.
 struct DotMatrix {
   static constexpr uint32_t kWave = 0;  ///< any
   NIF_HOST_DEVICE static uint32_t ray(uint32_t lane, uint32_t) { return lane; }
@@ -108,8 +108,8 @@ struct Mfma32Matrix {
   }
 };
 
-/// mma.sync m16n8k32: sm_80 on. Rays are the instruction's rows, neurons its columns. A lane gets two
-/// neighbouring columns of each of two products, which are made one group.
+/// mma.sync m16n8k32: sm_80 and newer. Rays are the instruction's rows, neurons its columns. A lane gets two
+/// neighbouring columns of each of two products, which are combined into one group.
 struct ImmaMatrix {
   static constexpr uint32_t kWave = 32;
   NIF_HOST_DEVICE static uint32_t ray(uint32_t lane, uint32_t group) { return 8 * group + lane / 4; }

@@ -1,4 +1,4 @@
-// The pipeline's part of the `segment` encoding: items from walks, and their networks.
+// The pipeline's stages for the `segment` encoding: items from traversals, and their networks.
 #pragma once
 
 #include "kernels/gpu/network/kernels.hpp"
@@ -8,12 +8,12 @@ namespace nif::kernels::gpu {
 
 static_assert(kKeptWords <= kItemWords);
 
-/// What an item is about: how many runs its walk has, and flags from this bit on.
+/// OpenItem::about of a `segment` item: the number of intervals, and flags from this bit on.
 inline constexpr uint32_t kItemFlags = 8;
-/// A flag: in place of runs, the item has points.
+/// Flag: the item has points instead of intervals.
 inline constexpr uint32_t kHasPoints = 1u << 12;
 
-/// What an item is about, of a walk that is ambiguous: as its runs, or as its points.
+/// OpenItem::about for an ambiguous traversal, with intervals or with points.
 NIF_HOST_DEVICE inline uint32_t describe_points(const WalkResult& walk) {
   const uint32_t flags = uint32_t(walk.saw_outside) | uint32_t(walk.saw_inside) << 1 |
                          uint32_t(walk.starts_open) << 2 | uint32_t(walk.ends_open) << 3;
@@ -23,22 +23,22 @@ NIF_HOST_DEVICE inline uint32_t describe_runs(const WalkResult& walk) {
   return walk.run_count | (describe_points(walk) & ~kHasPoints);
 }
 
-/// The points of a walk of too many runs to keep, in the words of its item: the length of its runs, each
-/// point's t, and the heights, four to a word. A second walk places them, because where they are follows from
-/// the length; the words behind those are how far it has come.
+/// The points of a traversal with too many intervals to keep, in the words of its item: the total length of
+/// the intervals, each point's t, and the heights, four to a word. A second traversal places them, because
+/// their positions follow from the length; the words after those record its progress.
 class KeptPoints {
  public:
-  static constexpr uint32_t kMost = 8;  ///< of a field whose points have room
+  static constexpr uint32_t kMost = 8;  ///< for fields whose points have room
 
   NIF_HOST_DEVICE explicit KeptPoints(uint32_t* column) : column_(column) {}
-  /// After the first walk.
+  /// Called after the first traversal.
   NIF_HOST_DEVICE void start(const WalkResult& walk) const {
     at(kLength) = bits_as<uint32_t>(walk.open_t);
     at(kHeights) = at(kHeights + 1) = 0;
     at(kRuns) = walk.run_count;
     at(kRunStart) = at(kPlaced) = 0;
   }
-  /// For each run of the second one.
+  /// Called for each interval of the second one.
   NIF_HOST_DEVICE void add(uint32_t samples, const WalkResult& walk, uint32_t number, const Run& run) const {
     const float length = bits_as<float>(at(kLength));
     PointSpread spread{samples, length / static_cast<float>(samples), presented_reversed(walk),
@@ -51,7 +51,7 @@ class KeptPoints {
     at(kPlaced) = spread.placed;
   }
 
-  // Of an item's words.
+  // Indices of an item's words.
   static constexpr uint32_t kLength = 0, kTimes = 1, kHeights = kTimes + kMost, kWords = kHeights + kMost / 4;
 
  private:
@@ -62,8 +62,8 @@ class KeptPoints {
   uint32_t* column_;
 };
 
-/// Walks a ray. False where the network has to be asked: then `item` is of the second sort where there are
-/// more runs than items have room for.
+/// Traverses a ray. Returns false if the network must decide: then `item` is of the second sort if there are
+/// more intervals than items have room for.
 NIF_HOST_DEVICE NIF_INLINE bool walk_segment_item(const SceneObject& object, const Segment& ray,
                                                   uint32_t* column, OpenItem& item, ObjectAnswer& answer) {
   const KeptRuns<kBlockThreads> kept(column);
@@ -112,7 +112,7 @@ NIF_HOST_DEVICE void gather_segment(const PipelineWork& work, const DeviceSegmen
     const uint32_t* const at = memory.words + size_t(kRunWords * i) * memory.capacity + item;
     return Run{bits_as<float>(at[0]), bits_as<float>(at[memory.capacity]), at[2 * size_t{memory.capacity}]};
   };
-  // In the walk's own order, so with its bits.
+  // Summed in the traversal's own order, so with its bits.
   walk.open_t = 0;
   for (uint32_t i = 0; i < walk.run_count; ++i) walk.open_t += run(i).end - run(i).begin;
   SamplePlacer placer(field, walk);
@@ -123,7 +123,7 @@ NIF_HOST_DEVICE void gather_segment(const PipelineWork& work, const DeviceSegmen
   put_globals(field, walk, inputs);
 }
 
-/// Asks the networks of `segment` objects. Blocks of kBlockThreads, any number of them.
+/// Evaluates the networks of `segment` objects. Any number of blocks of kBlockThreads.
 template <class Matrix, uint32_t kFeatures, class Thread>
 NIF_HOST_DEVICE void pipeline_segments(const Thread& thread, const PipelineWork& work) {
   const auto layout_of = [&](uint32_t list) -> const SegmentLayout& {

@@ -6,7 +6,7 @@
 
 namespace nif::kernels::gpu {
 
-/// What of a PlanesField crosses from the runtime to the GPU module.
+/// The members of a PlanesField that cross from the runtime to the GPU module.
 template <class Hash>
 constexpr void describe_planes(Hash& hash) {
   using F = PlanesField;
@@ -17,7 +17,7 @@ constexpr void describe_planes(Hash& hash) {
                               &F::surface_voxels, &F::part_count});
 }
 
-/// The grid's own arrays stay on the host: WalkWords say what they do.
+/// The grid's own arrays stay on the host: WalkWords replace them.
 inline void leave_arrays(PlanesField& field) {
   field.brick_table = nullptr;
   field.brick_states = nullptr;

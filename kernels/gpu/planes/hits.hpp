@@ -1,9 +1,9 @@
-// The first hit of an object that has a grid with planes, by the walk of kernels/gpu, to the bits of
+// The first hit of an object that has planes, by the traversal of kernels/gpu, with the bits of
 // kernels/reference/planes/hit.hpp.
 //
-// A list of the open cells, as the reference has it, would be 1.5 kB of memory for each thread. Most rays
-// have one open cell or two, so a walk keeps the last one, and where the first is entered. Whoever wants to
-// see another one walks again, which takes few registers and no memory.
+// A list of the open cells, as in the reference, would take 1.5 kB of memory per thread. Most rays have one
+// or two open cells, so a traversal keeps only the last one, and where the first is entered. To get another
+// one, it traverses again, which takes few registers and no memory.
 #pragma once
 
 #include "kernels/gpu/planes/leaping_walk.hpp"
@@ -27,8 +27,8 @@ struct KeepCell {
   }
 };
 
-/// The open cells of a segment's walk, as hit_in_cells() wants them. No cell that the reference has put
-/// another in the place of is asked for.
+/// The open cells of a segment's traversal, as hit_in_cells() needs them. It never asks for a cell that the
+/// reference has replaced by another.
 struct WalkedCells {
   const PlanesField& field;
   const WalkWords& words;
@@ -45,7 +45,7 @@ struct WalkedCells {
   }
 };
 
-/// As hit_by_planes().
+/// Like hit_by_planes().
 template <class Network>
 NIF_HOST_DEVICE NIF_INLINE Hit find_hit_by_planes(const PlanesField& field, const WalkWords& words,
                                                   const Segment& segment, float limit,

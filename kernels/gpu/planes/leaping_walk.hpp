@@ -1,13 +1,13 @@
-// The walk as a thread of a GPU does it: by leaps over voxels that are alike, and from cell to cell, to the
-// bits of kernels/reference/planes/walk.hpp.
+// DDA traversal by one GPU thread, with empty-space skipping, and with the bits of
+// kernels/reference/planes/walk.hpp.
 //
-// A leap ends at the crossing at which the segment leaves the box that the voxel's word vouches for; a cell
-// is left at the nearest of its own planes. Where the other axes stand then follows from their own crossings,
-// counted in the reference's order (t, then the lower axis): an estimate from below that is off by at most
-// one finest cell is put right by one such comparison. Along an axis that goes down cells and planes are
-// counted by their negatives, so that every ray walks upward.
+// A skip ends at the crossing at which the segment leaves the box in the voxel's word; a cell is left at the
+// nearest of its planes. The crossings of the other axes then give the position along each of them, counted
+// in the reference's order (t, then the lower axis): an estimate from below that is at most one finest cell
+// too low is corrected by one such comparison. Along an axis with negative direction, cells and planes are
+// counted by their negatives, so that every ray moves upward.
 //
-// Places are whole numbers in floats: conversions are slow on GPUs, and few registers are to hold a ray.
+// Positions are integers stored in floats: conversions are slow on GPUs, and a ray must fit in few registers.
 #pragma once
 
 #include "kernels/gpu/device_memory.hpp"
@@ -16,8 +16,8 @@
 
 namespace nif::kernels::gpu {
 
-/// a b + c in one instruction, where it does not matter whether the product is rounded by itself: because it
-/// is exact, or the sum an estimate.
+/// a b + c in one instruction, for cases in which rounding the product separately does not matter: because it
+/// is exact, or the sum is an estimate.
 NIF_HOST_DEVICE inline float multiply_add(float a, float b, float c) {
 #if defined(NIF_ON_DEVICE)
   return __builtin_fmaf(a, b, c);
@@ -26,14 +26,14 @@ NIF_HOST_DEVICE inline float multiply_add(float a, float b, float c) {
 #endif
 }
 
-// In one instruction: the other number where one is NaN, and of two zeros either.
+// In one instruction: the other number if one is NaN, and either of two zeros.
 NIF_HOST_DEVICE inline float smaller(float a, float b) { return __builtin_fminf(a, b); }
 NIF_HOST_DEVICE inline float larger(float a, float b) { return __builtin_fmaxf(a, b); }
 
-/// n + 2^23 as a float, n below 2^23: the lowest bits are those of n.
+/// n + 2^23 as a float, for n < 2^23: its lowest bits are those of n.
 NIF_HOST_DEVICE inline float on_integers(uint32_t n) { return bits_as<float>(0x4b000000u | n); }
 
-/// Where a walk by leaps begins: the first finest cell. Along an axis that goes down, negative.
+/// Starts a traversal with skipping: the first finest cell. Negative along an axis with negative direction.
 NIF_HOST_DEVICE NIF_INLINE void begin_leaps(const WalkResult& walk, const GridPassage& passage,
                                             float (&cell)[3]) {
   NIF_UNROLL
@@ -48,20 +48,20 @@ NIF_HOST_DEVICE NIF_INLINE uint32_t seen_before(const GridPassage& passage) {
   return !kInOrder ? passage.seen : passage.enters_grid ? uint32_t(kSeenOutside) : 0u;
 }
 
-/// One leap, or one cell: from `now` on, in the finest cell `cell`. `near`: the walk was certain when it
-/// began. False where the walk is over.
+/// One skip, or one cell, from `now` on, in the finest cell `cell`. `near`: the traversal was certain when it
+/// began. Returns false if the traversal is over.
 template <bool kInOrder, class AddRun, class Look>
 NIF_HOST_DEVICE NIF_INLINE bool leap_on(const PlanesField& field, const WalkWords& words, WalkResult& walk,
                                         const GridPassage& passage, bool near, float (&cell)[3], float& now,
                                         uint32_t& seen, RunRecord& runs, const AddRun& add_run,
                                         const Look& look) {
-  // From too far away for estimates that are off by one cell at most: every plane on the way is looked at.
+  // From too far away estimates may be off by more than one cell: then every plane on the way is tested.
   const float slack = near ? kEstimateSlack : bits_as<float>(0x7f800000u);
-  // Compilers are to know that these are so small that products of them are simple.
+  // Tells compilers that these are so small that their products are simple.
   constexpr uint32_t kFewVoxels = 2 * kMaxVoxels - 1;
   const uint32_t row = field.voxels[0] & kFewVoxels, layer = row * (field.voxels[1] & kFewVoxels);
   const uint32_t levels = field.levels;
-  // Found anew each time: that takes fewer registers.
+  // Recomputed each time: that takes fewer registers.
   const auto sign = [&](uint32_t a) { return __builtin_copysignf(1.0f, walk.direction[a]); };
   uint32_t at[3];
   NIF_UNROLL
@@ -88,7 +88,7 @@ NIF_HOST_DEVICE NIF_INLINE bool leap_on(const PlanesField& field, const WalkWord
   for (uint32_t a = 0; a < 3; ++a) {
     middle[a] = on_integers(at[a] >> level << level) - (0x1p23f - 0.5f * size);
     const float extent = on_integers(extent_of(box, a, sign(a) > 0)) - (0x1p23f - 0.5f);
-    // Infinite along an axis that is not moved along, or NaN where the segment lies on the grid's far side.
+    // Infinite along an axis without movement, or NaN if the segment lies on the grid's far side.
     exit[a] = (multiply_add(sign(a), extent * size, middle[a]) - walk.origin[a]) * passage.inverse[a];
   }
   const float t = smaller(smaller(exit[0], exit[1]), exit[2]);
@@ -133,7 +133,7 @@ NIF_HOST_DEVICE NIF_INLINE bool leap_on(const PlanesField& field, const WalkWord
       const float crossed_at = multiply_add(sign(a), plane, -walk.origin[a]) * passage.inverse[a];
       const bool crossed = (crossed_at < t) | ((crossed_at == t) & !later);
       before = crossed ? plane : before;
-      // From far away several planes may be crossed at the same t; the last one is that of the cell.
+      // From far away several planes may be crossed at the same t; the last one belongs to the cell.
       if (near | !crossed) break;
       const float share = before * bits_as<float>((127 - level) << 23);
       if (round_down(share) == share) break;
@@ -143,10 +143,10 @@ NIF_HOST_DEVICE NIF_INLINE bool leap_on(const PlanesField& field, const WalkWord
   return true;
 }
 
-/// Walks one segment by the words of its field, of whose arrays none is read: what follow_segment() finds
-/// out, with the same runs in the same order. `look` is called for each leap and each cell, with the number
-/// of words that were read for it. kInOrder as follow_segment() has it; what a leap passes is alike, so what
-/// it proves is known where it begins.
+/// Traverses one segment by the words of its field and reads none of the field's arrays. The result is that
+/// of follow_segment(), with the same intervals in the same order. Calls `look` for each skip and each cell,
+/// with the number of words that were read for it. kInOrder: as for follow_segment(); everything that a skip
+/// passes is alike, so what it proves is known at its start.
 template <bool kInOrder = false, class AddRun, class Look>
 NIF_HOST_DEVICE void leap_segment(const PlanesField& field, const WalkWords& words, const Segment& segment,
                                   WalkResult& walk, const AddRun& add_run, const Look& look) {
@@ -161,11 +161,11 @@ NIF_HOST_DEVICE void leap_segment(const PlanesField& field, const WalkWords& wor
   }
 }
 
-/// The same walk, which can be left after each leap, for other walks to begin or go on. `walk` is always the
-/// same.
+/// The same traversal, interruptible after each skip so that others can start or continue. `walk` must always
+/// be the same.
 class LeapingWalk {
  public:
-  /// False where the walk is over.
+  /// Returns false if the traversal is over.
   NIF_HOST_DEVICE NIF_INLINE bool begin(const PlanesField& field, const Segment& segment, WalkResult& walk) {
     if (!enter_grid(field, segment, walk, passage_)) return false;
     near_ = walk.certain;
@@ -175,7 +175,7 @@ class LeapingWalk {
     runs_ = {};
     return true;
   }
-  /// False where the walk is over.
+  /// Returns false if the traversal is over.
   template <class AddRun>
   NIF_HOST_DEVICE NIF_INLINE bool go_on(const PlanesField& field, const WalkWords& words, WalkResult& walk,
                                         const AddRun& add_run) {
@@ -192,7 +192,7 @@ class LeapingWalk {
   bool near_;
 };
 
-/// The one way in which kernels walk.
+/// The only form of traversal that kernels use.
 template <bool kInOrder = false, class AddRun>
 NIF_HOST_DEVICE void walk_object(const PlanesField& field, const WalkWords& words, const Segment& segment,
                                  WalkResult& walk, const AddRun& add_run) {

@@ -1,4 +1,4 @@
-// What proofs alone say of a ray, by the walk of kernels/gpu, to the bits of
+// What proofs alone say about a ray, by the traversal of kernels/gpu, with the bits of
 // kernels/reference/planes/open.hpp.
 #pragma once
 
@@ -8,7 +8,7 @@
 
 namespace nif::kernels::gpu {
 
-/// `open` has a meaning only where the answer is not certain.
+/// `open` is defined only if the answer is not certain.
 NIF_HOST_DEVICE inline ObjectAnswer prove_ray(const PlanesField& field, const WalkWords& words,
                                               const Segment& segment, OpenInterval& open) {
   WalkResult walk;

@@ -1,10 +1,10 @@
-// The `spherical` encoding on GPUs in half precision (kernels/reference/spherical/half_query.hpp says what
-// that means): a wave runs a network for all its rays at once, by matrix instructions. Where rays meet the
-// AABB others have found out (pipeline_kernels.hpp). Networks too large for a block's memory are left to
-// answer_spherical_ray(), in single precision.
+// The `spherical` encoding on GPUs in half precision (kernels/reference/spherical/half_query.hpp defines what
+// that means): a wave evaluates a network for all its rays at once, by matrix instructions. Other kernels
+// have found where rays meet the AABB (pipeline_kernels.hpp). Networks too large for a block's memory are
+// left to answer_spherical_ray(), in single precision.
 //
-// An instruction sums a ray's products alike in whichever row or column the ray stands, so answers do not
-// depend on which rays meet in a wave.
+// An instruction sums a ray's products alike in every row or column, so answers do not depend on which rays
+// share a wave.
 #pragma once
 
 #include <initializer_list>
@@ -15,18 +15,18 @@
 
 namespace nif::kernels::gpu {
 
-/// Tiles of 16 neurons that a hidden layer has at most; its inputs and its outputs are in registers. Kernels
-/// are made for networks as wide as the paper's, and for wider ones.
+/// Maximum number of tiles of 16 neurons in a hidden layer; its inputs and outputs are in registers. There
+/// are kernels for networks as wide as the paper's, and for wider ones.
 inline constexpr uint32_t kHalfTiles = 4, kMostHalfTiles = 6;
 
-/// Threads of blocks in half precision: more than of others, because all share one network's weights, and
-/// where waves are wide these take most of what shared memory there is.
+/// Block size in half precision: larger than elsewhere, because all threads share one network's weights, and
+/// if waves are wide the weights take most of the shared memory.
 inline constexpr uint32_t kHalfThreads = 256;
 
-/// How one network and its rays lie in shared memory: the last layer's weights, single precision; the hidden
-/// layers', a row for each neuron, in whole tiles; then a row of inputs for each thread.
+/// Layout of one network and its rays in shared memory: the last layer's weights in single precision; the
+/// hidden layers' weights, one row per neuron, in whole tiles; then a row of inputs for each thread.
 struct HalfNetworkLayout {
-  uint32_t neurons;         ///< of a hidden layer, whole tiles of them
+  uint32_t neurons;         ///< of a hidden layer, in whole tiles
   uint32_t first_stride;    ///< bytes of a row of inputs, or of the first layer's weights
   uint32_t stride;          ///< bytes of a row of another hidden layer's weights
   uint32_t weights_offset;  ///< bytes, from the start of shared memory
@@ -34,8 +34,8 @@ struct HalfNetworkLayout {
 };
 
 struct SphericalHalfLayout {
-  bool fits;       ///< false where answer_spherical_ray() is for all of the object's rays
-  uint32_t tiles;  ///< which kernels it takes: those for kHalfTiles or for kMostHalfTiles
+  bool fits;       ///< false if answer_spherical_ray() must answer all of the object's rays
+  uint32_t tiles;  ///< which kernels it needs: those for kHalfTiles or for kMostHalfTiles
   uint32_t bytes;  ///< of shared memory, for either network
   HalfNetworkLayout outer, inner;
 };
@@ -46,7 +46,7 @@ NIF_HOST_DEVICE constexpr uint32_t half_tiled(uint32_t n) {
 
 inline HalfNetworkLayout make_half_layout(const SphericalNetwork& network) {
   static_assert(kHalfTileInputs == kTileNeurons);
-  // 16 bytes more than whole tiles: rows then start in different banks, and stay aligned for wide loads.
+  // 16 bytes more than whole tiles: rows then start in different banks and stay aligned for wide loads.
   const auto row = [](uint32_t halves) { return 2 * half_tiled(halves) + 16; };
   HalfNetworkLayout layout{};
   layout.neurons = half_tiled(network.width);
@@ -72,8 +72,8 @@ inline SphericalHalfLayout make_half_layout(const SphericalField& field) {
   return layout;
 }
 
-/// Copies a network to shared memory, as halves, in whole tiles: what is beyond it is 0. For all threads of a
-/// block.
+/// Copies a network to shared memory as halves, in whole tiles padded with 0. All threads of a block must
+/// call this.
 template <class Thread>
 NIF_HOST_DEVICE void load_half_network(const Thread& thread, const SphericalNetwork& network,
                                        const HalfNetworkLayout& layout) {
@@ -83,7 +83,7 @@ NIF_HOST_DEVICE void load_half_network(const Thread& thread, const SphericalNetw
     const uint32_t words = half_tiled(depth) / 2;
     NIF_NO_UNROLL
     for (uint32_t i = thread.index(); i < layout.neurons * words; i += kHalfThreads) {
-      // Neighbours take neighbouring neurons, whose weights for an input lie together.
+      // Neighbouring threads take neighbouring neurons, whose weights for an input are adjacent.
       const uint32_t neuron = i % layout.neurons, input = 2 * (i / layout.neurons);
       const auto weight = [&](uint32_t k) {
         return neuron < network.width && k < depth
@@ -169,8 +169,9 @@ NIF_HOST_DEVICE void finish_half_network(const Thread& thread, const unsigned ch
   }
 }
 
-/// The network's output for the lane's row of inputs; those of the wave start at `rows`. For all lanes of a
-/// wave: one without a ray works on what there is in its row. From its end on a lane reads only its own row.
+/// The network's output for the lane's row of inputs; those of the wave start at `rows`. All lanes of a wave
+/// must call this: a lane without a ray works on whatever its row contains. At the end a lane reads only
+/// its own row.
 template <class Matrix, uint32_t kTiles, class Thread>
 NIF_HOST_DEVICE NIF_INLINE float evaluate_half_wave(const Thread& thread, const SphericalNetwork& network,
                                                     const HalfNetworkLayout& layout, float slope,
@@ -195,7 +196,7 @@ NIF_HOST_DEVICE NIF_INLINE float evaluate_half_wave(const Thread& thread, const 
   }
   float parts[kTileGroups];
   finish_half_network<Matrix>(thread, weights, stride, neurons, depth, slope, thread.shared(), inputs, parts);
-  // Where inputs were there is room for the parts of each ray's output.
+  // The memory of the inputs now holds the parts of each ray's output.
   thread.wave_sync();
   for (uint32_t g = 0; g < kTileGroups; ++g)
     store_word(rows + Matrix::ray(thread.lane(), g) * row + 4 * Matrix::quad(thread.lane(), g),

@@ -1,18 +1,19 @@
-// A layer of a network in half precision for all rays of a wave at once, as matrices.hpp has it in integers:
-// a name for each kind of matrix instruction, and how its operands lie over the lanes.
+// Evaluates a layer of a network in half precision for all rays of a wave at once, as matrices.hpp does in
+// integers: one structure for each kind of matrix instruction, with the layout of its operands over the
+// lanes.
 //
 // All do the same: to the sums of 16 neurons for each of the wave's rays they add the products of 16 inputs.
-// Weights lie row by row as halves, rows 16-byte aligned. Sums are in single precision and lie over the lanes
-// as those of the integer instruction of the same make: group g of a lane is of ray ray(lane, g) and of
-// neurons 4 quad(lane, g) to 4 quad(lane, g) + 3.
+// Weights are stored row by row as halves, rows 16-byte aligned. Sums are in single precision, with the same
+// layout over the lanes as for the matching integer instruction: group g of a lane belongs to ray ray(lane,
+// g) and to neurons 4 quad(lane, g) to 4 quad(lane, g) + 3.
 //
 // A lane's part of the inputs is words in registers: load() takes them from rays' rows of halves, and
-// pass_on() makes them of a layer's outputs. These lie in the lane already, or in one that it swaps with; the
-// order in which an instruction counts inputs is free, as long as weights come in the same, so the order is
-// chosen for that. Activations therefore never go through memory.
+// pass_on() makes them from a layer's outputs. These are already in the lane, or in one that it swaps with:
+// the order in which an instruction counts inputs is free as long as weights come in the same order, and it
+// is chosen for that. So activations never go through memory.
 //
-// In which order an instruction sums, and how it rounds on the way, is the hardware's: kinds differ in last
-// bits.
+// The hardware decides in which order an instruction sums, and how it rounds on the way: kinds differ in the
+// last bits.
 #pragma once
 
 #include "kernels/gpu/network/matrices.hpp"
@@ -32,7 +33,7 @@ NIF_HOST_DEVICE inline void load_eight(const unsigned char* from, uint32_t (&wor
   for (uint32_t k = 0; k < 4; ++k) words[k] = low.word[k], words[k + 4] = high.word[k];
 }
 
-/// Dot products of two halves, a ray to a lane: gfx1030, and any other.
+/// Dot products of two halves, one ray per lane: gfx1030, and any other target.
 struct DotHalfMatrix : DotMatrix {
   using Inputs = uint32_t[8];  ///< those of the lane's ray
 
@@ -93,7 +94,7 @@ struct WmmaHalfMatrix : WmmaMatrix {
   }
 };
 
-/// v_mfma_f32_16x16x16_f16: gfx90a and gfx942. Sums lie as inputs do.
+/// v_mfma_f32_16x16x16_f16: gfx90a and gfx942. Sums have the layout of inputs.
 struct MfmaHalfMatrix : Mfma32Matrix {
   using Inputs = uint64_t[kTileGroups];  ///< four of each of four rays
 
@@ -121,8 +122,8 @@ struct MfmaHalfMatrix : Mfma32Matrix {
   }
 };
 
-/// mma.sync m16n8k16: sm_80 on. Rays are rows. A lane's four inputs of a ray are four in a row; the
-/// instruction counts the first two of them as 2 q and 2 q + 1, the others as 2 q + 8 and 2 q + 9, where q is
+/// mma.sync m16n8k16: sm_80 and newer. Rays are rows. A lane's four inputs of a ray are consecutive; the
+/// instruction counts the first two of them as 2 q and 2 q + 1, the others as 2 q + 8 and 2 q + 9, with q =
 /// lane % 4.
 struct MmaHalfMatrix : ImmaMatrix {
   using Inputs = uint32_t[2][4];  ///< four of each of two pairs of rays

@@ -1,5 +1,5 @@
-// The `spherical` encoding on GPUs, in single precision, to the bit as kernels/reference answers it: a thread
-// a ray, and a layer's sums in the reference's order.
+// The `spherical` encoding on GPUs, in single precision, with exactly the bits of kernels/reference: one
+// thread per ray, and a layer's sums in the reference's order.
 #pragma once
 
 #include "kernels/gpu/object.hpp"
@@ -8,8 +8,8 @@
 
 namespace nif::kernels::gpu {
 
-/// The network's only output. `x` is the thread's column of inputs, `y` one for outputs, of floats kStride
-/// words apart.
+/// The network's single output. `x` is the thread's column of inputs and `y` one for outputs, both of floats
+/// that are kStride words apart.
 template <bool kHalf, uint32_t kStride>
 NIF_HOST_DEVICE float evaluate_columns(const SphericalNetwork& network, float slope, float* x, float* y) {
   const SphericalValues weights{network.weights.data, kHalf};
@@ -39,7 +39,7 @@ NIF_HOST_DEVICE float evaluate_columns(const SphericalNetwork& network, float sl
   return output;
 }
 
-/// `x` and `y` as for evaluate_columns(): as many floats each as the widest layer has.
+/// `x` and `y`: as for evaluate_columns(), each with as many floats as the widest layer has neurons.
 template <uint32_t kStride>
 NIF_HOST_DEVICE ObjectAnswer answer_spherical_ray(const SphericalField& field, const Segment& segment,
                                                   float* x, float* y) {

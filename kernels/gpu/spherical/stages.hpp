@@ -1,4 +1,4 @@
-// The pipeline's part of the `spherical` encoding: items from coordinates, and their networks in half
+// The pipeline's stages for the `spherical` encoding: items from coordinates, and their networks in half
 // precision.
 #pragma once
 
@@ -10,8 +10,8 @@ namespace nif::kernels::gpu {
 inline constexpr uint32_t kItemCoordinates = 5;
 static_assert(kItemCoordinates <= kItemWords);
 
-/// Sees which network a ray is for. False where there is one: then `item`, of the second sort for the inner
-/// one, has the ray's coordinates.
+/// Finds the network for a ray. Returns false if there is one: then `item`, of the second sort for the inner
+/// network, has the ray's coordinates.
 NIF_HOST_DEVICE NIF_INLINE bool walk_spherical_item(const SceneObject& object, const Segment& ray,
                                                     uint32_t* column, OpenItem& item, ObjectAnswer& answer) {
   const SphericalRay spherical = prepare_spherical(*static_cast<const SphericalField*>(object.field), ray);
@@ -32,8 +32,8 @@ NIF_HOST_DEVICE NIF_INLINE bool walk_spherical_item(const SceneObject& object, c
   return false;
 }
 
-/// Asks the networks of `spherical` objects in half precision, the outer or the inner ones. Blocks of
-/// kHalfThreads, any number of them.
+/// Evaluates the networks of `spherical` objects in half precision, the outer or the inner ones. Any number
+/// of blocks of kHalfThreads.
 template <class Matrix, SphericalKind kKind, uint32_t kTiles, class Thread>
 NIF_HOST_DEVICE void pipeline_halves(const Thread& thread, const PipelineWork& work) {
   constexpr bool kOuter = kKind == SphericalKind::outer;

@@ -9,7 +9,7 @@
 
 namespace nif::kernels::gpu {
 
-/// The slots whose boxes the ray may meet: a bit for each. Planes are read by words, four slots' at a time.
+/// The slots whose boxes the ray may meet, one bit each. Reads planes as words, four slots at a time.
 template <class Real>
 NIF_HOST_DEVICE uint32_t meets_slots(const BvhRayOf<Real>& ray, const BvhNode& node) {
   uint32_t met = 0;
@@ -34,7 +34,7 @@ NIF_HOST_DEVICE uint32_t meets_slots(const BvhRayOf<Real>& ray, const BvhNode& n
   return met;
 }
 
-/// Where the ray enters a slot's box, or would; near enough.
+/// Where the ray enters a slot's box, or would; approximate.
 NIF_HOST_DEVICE inline float enters_slot(const BvhRay& ray, const BvhNode& node, uint32_t slot) {
   float enter = ray.enter;
   NIF_UNROLL
@@ -45,12 +45,12 @@ NIF_HOST_DEVICE inline float enters_slot(const BvhRay& ray, const BvhNode& node,
   return enter;
 }
 
-/// Words of the stack for a tree of so many levels. After Ylitie, Karras and Laine (HPG 2017): an entry, of
-/// two words, is all of a node's inner slots that are still to be visited, so there are no more entries than
-/// nodes on the way down.
+/// Words of the stack for a tree with this many levels. After Ylitie, Karras and Laine (HPG 2017): an entry,
+/// of two words, holds all inner slots of a node that are still to be visited, so there are at most as many
+/// entries as nodes on the way down.
 NIF_HOST_DEVICE constexpr uint32_t bvh_stack_words(uint32_t levels) { return 2 * levels; }
 
-/// As meets_bvh(). `stack` is the thread's own, of words kStride apart.
+/// Like meets_bvh(). `stack` is the thread's own, of words kStride apart.
 template <uint32_t kStride, class Real>
 NIF_HOST_DEVICE bool meets_nodes(const TrianglesField& field, const BvhRayOf<Real>& ray, uint32_t* stack) {
   uint32_t size = 0, number = 0;  // words on the stack: the node of slots, and their ranks as bits
@@ -77,7 +77,7 @@ NIF_HOST_DEVICE bool meets_nodes(const TrianglesField& field, const BvhRayOf<Rea
   }
 }
 
-/// `stack` as for meets_nodes(). Real: as BvhRayOf has it.
+/// `stack`: as for meets_nodes(). Real: as for BvhRayOf.
 template <uint32_t kStride, class Real = double>
 NIF_HOST_DEVICE ObjectAnswer answer_bvh_ray(const TrianglesField& field, const Segment& segment,
                                             uint32_t* stack) {
@@ -90,8 +90,8 @@ NIF_HOST_DEVICE ObjectAnswer answer_bvh_ray(const TrianglesField& field, const S
           certain_bvh(field, segment)};
 }
 
-/// As find_nearest(); `stack` as for meets_nodes(). Of the nodes that a node leads to the one comes next that
-/// the ray enters first: what it meets there cuts off the boxes behind.
+/// Like find_nearest(); `stack`: as for meets_nodes(). Of a node's children, the one that the ray enters
+/// first is visited next: a hit there culls the boxes behind.
 template <uint32_t kStride>
 NIF_HOST_DEVICE void find_nearest_nodes(const TrianglesField& field, BvhRay& ray, uint32_t* stack,
                                         NearestTriangle& nearest) {
@@ -130,7 +130,7 @@ NIF_HOST_DEVICE void find_nearest_nodes(const TrianglesField& field, BvhRay& ray
   }
 }
 
-/// As nearest_hit(), of a prepared segment.
+/// Like nearest_hit(), for a prepared segment.
 template <uint32_t kStride>
 NIF_HOST_DEVICE Hit nearest_bvh_hit(const TrianglesField& field, const Segment& segment, float limit,
                                     BvhRay& ray, uint32_t* stack) {
@@ -140,7 +140,7 @@ NIF_HOST_DEVICE Hit nearest_bvh_hit(const TrianglesField& field, const Segment& 
   return hit_of(field, nearest, certain_bvh(field, segment));
 }
 
-/// As intersect(). `stack` as for meets_nodes().
+/// Like intersect(). `stack`: as for meets_nodes().
 template <uint32_t kStride>
 NIF_HOST_DEVICE Hit find_bvh_hit(const TrianglesField& field, const Segment& segment, float limit,
                                  uint32_t* stack) {

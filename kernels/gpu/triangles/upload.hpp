@@ -1,4 +1,4 @@
-// What a BVH takes in device memory, of every encoding that has one.
+// Lays out a BVH in device memory, for every encoding that has one.
 #pragma once
 
 #include <utility>
@@ -8,9 +8,9 @@
 
 namespace nif::kernels::gpu {
 
-/// Levels of a tree, the root's among them.
+/// Levels of a tree, including the root's.
 inline uint32_t bvh_levels(const TrianglesField& field) {
-  // Nodes on the way down, and those beside them that are still to be seen; each with its level.
+  // Nodes on the way down, and their siblings that are still to be visited; each with its level.
   std::vector<std::pair<uint32_t, uint32_t>> pending{{0, 1}};
   uint32_t deepest = 1;
   while (!pending.empty()) {
@@ -25,7 +25,7 @@ inline uint32_t bvh_levels(const TrianglesField& field) {
   return deepest;
 }
 
-/// Adds the arrays of a BVH, and lets it point to where they will be.
+/// Adds the arrays of a BVH, and points the field to their future addresses.
 inline void move_bvh(TrianglesField& field, Arena& arena) {
   arena.move(field.nodes, field.node_count);
   arena.move(field.vertices, field.vertex_count);

@@ -1,5 +1,5 @@
-// The `bvh` encoding as the list of encodings has it: its field, its query(), and what a scene needs to know
-// of an object besides its answers.
+// Adds the `bvh` encoding to the list of encodings: its field, its query(), and what a scene must know about
+// an object besides its answers.
 #pragma once
 
 #include "kernels/reference/ray.hpp"
@@ -9,9 +9,10 @@
 
 namespace nif::kernels {
 
-/// Of a `bvh` object: the boxes of the root, and as margin what stays_certain() lets a ray be moved by.
+/// The box of a `bvh` object contains the boxes of its root, and the margin by which stays_certain() lets a
+/// ray move.
 inline constexpr float kBvhUnits = 64;
-inline constexpr double kBvhMargin = 0x1p-14;  ///< of the extent
+inline constexpr double kBvhMargin = 0x1p-14;  ///< times the extent
 inline ObjectBox object_box(const TrianglesField& field) {
   const BvhNode& root = field.nodes[0];
   ObjectBox box;
@@ -27,7 +28,7 @@ inline ObjectBox object_box(const TrianglesField& field) {
   return box;
 }
 
-/// kCertainReach is in units of which kBvhUnits make the extent.
+/// kCertainReach counts units; kBvhUnits of them make the extent.
 inline float reach_scale(const TrianglesField& field) { return kBvhUnits / field.extent; }
 inline Calibration calibration(const TrianglesField&) { return {}; }
 

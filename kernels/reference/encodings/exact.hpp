@@ -11,7 +11,8 @@
 
 namespace nif::kernels {
 
-/// Of the mesh of such an object. So no ray that planes prove anything of is too far away for the BVH.
+/// Limit of the mesh's coordinates. It keeps every ray that planes prove anything about near enough for the
+/// BVH.
 inline constexpr float kMaxExactCoordinate = 0x1p40f;
 
 struct ExactField {
@@ -23,19 +24,19 @@ inline ObjectBox object_box(const ExactField& field) { return object_box(field.t
 inline float reach_scale(const ExactField& field) { return reach_scale(field.triangles); }
 inline Calibration calibration(const ExactField&) { return {}; }
 
-/// Rays that start more extents away are not moved for planes: what triangles are off by there is no longer
-/// small beside a cell.
+/// Rays that start more extents away are not moved for the planes: there the triangles' error is no longer
+/// small compared to a cell.
 inline constexpr float kPlanesFarthest = kBvhReach;
 
-/// What planes see of a segment.
+/// A segment as the planes see it.
 struct SeenSegment {
   Segment segment;
-  float start;  ///< from which it counts t; start_of() it where it is moved
+  float start;  ///< the original t at which the segment's own t is 0: start_of() it if moved, else 0
 };
 
-/// A segment from far away is moved, as for boxes, where what planes prove of it then is true of the segment
-/// as it is (docs/encodings/exact.md, "Rays from far away"). Not on GPUs, where that would take registers
-/// from all rays: planes see the ray as it is there, and triangles give the same answers.
+/// A segment that starts far away is moved, as for boxes, if what planes prove about the moved one also holds
+/// for the original (docs/encodings/exact.md, "Rays from far away"). Not on GPUs, where this would take
+/// registers from all rays: there planes see the original ray, and triangles give the same answers.
 NIF_RARE_PART_OF_KERNEL SeenSegment seen_by_planes(const ExactField& field, const Segment& segment) {
   const float start = start_of(field.triangles, segment);
   if (start == 0) return {segment, 0};
@@ -48,13 +49,13 @@ NIF_RARE_PART_OF_KERNEL SeenSegment seen_by_planes(const ExactField& field, cons
   return holds ? moved : SeenSegment{segment, 0};
 }
 
-/// Whether an answer that planes have proven is certain: it is that of the triangles.
+/// Whether an answer proven by planes is certain: exactly if that of the triangles is.
 inline bool certain_by_planes(const ExactField& field, const Segment& segment, const SeenSegment& seen) {
   return seen.start == 0 || certain_bvh(field.triangles, segment);
 }
 
-/// Culls boxes by what a walk leaves open of a segment, which counts t from `start`. The triangles that a ray
-/// meets are the same.
+/// Culls boxes to the interval that the traversal of the planes left open. That segment counts t from
+/// `start`. The ray still meets the same triangles.
 template <class Real>
 NIF_HOST_DEVICE void cull(const PlanesField& field, const Segment& segment, float start,
                           const OpenInterval& open, BvhRayOf<Real>& ray) {
@@ -79,8 +80,8 @@ inline Answer query(const ExactField& field, const Segment& segment) {
   return {visible, certain_bvh(field.triangles, segment), visible ? kCertainLogit : -kCertainLogit};
 }
 
-/// Culls boxes by a walk in order, whose open cells are in `open`, to where the first hit is. False where
-/// nothing is met, for certain.
+/// Culls boxes to the interval that holds the first hit, found by an in-order traversal whose open cells are
+/// in `open`. Returns false if the ray certainly meets nothing.
 NIF_HOST_DEVICE inline bool cull_to_hit(const PlanesField& field, const Segment& segment, float start,
                                         const WalkResult& walk, OpenInterval& open, BvhRay& ray) {
   if (walk.verdict == Verdict::visible && walk.certain) return false;

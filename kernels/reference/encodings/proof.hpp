@@ -1,5 +1,5 @@
-// The `proof` encoding as the list of encodings has it: a grid with planes and nothing behind it. What is
-// proven is answered; the rest is left open, for a BVH of the caller's (docs/encodings/proof.md).
+// The `proof` encoding: a grid with planes and nothing behind it. It answers what it can prove and leaves the
+// rest open, for a BVH of the caller's (docs/encodings/proof.md).
 #pragma once
 
 #include "kernels/reference/planes/hit.hpp"
@@ -13,7 +13,7 @@ inline Answer query(const PlanesField& field, const Segment& segment) {
   return prove(field, segment, open);
 }
 
-// Those of any encoding that derives its field from this one, too.
+// These also apply to every encoding whose field derives from this one.
 
 inline constexpr double kBoxMargin = 1.0 / 8;  ///< around the grid, in voxels
 inline ObjectBox object_box(const PlanesField& field) {
@@ -26,9 +26,9 @@ inline ObjectBox object_box(const PlanesField& field) {
   return box;
 }
 
-/// kCertainReach is in finest cells.
+/// kCertainReach counts finest cells.
 inline float reach_scale(const PlanesField& field) { return field.cells_per_unit; }
-/// Of a ray that is left open: 1/2.
+/// A ray that is left open gets the probability 1/2.
 inline Calibration calibration(const PlanesField&) { return {0, 0}; }
 
 }  // namespace nif::kernels

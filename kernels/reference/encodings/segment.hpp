@@ -11,8 +11,8 @@ namespace nif::kernels {
 
 inline Calibration calibration(const SegmentField& field) { return field.network.calibration; }
 
-// What query_as() does with runs: structures, because GPU compilers want to know of a lambda that a device
-// could call it.
+// What query_as() does with intervals. These are structures because GPU compilers must know that a device may
+// call a lambda.
 struct KeepRuns {
   Run* kept;
   uint32_t room;
@@ -29,10 +29,10 @@ struct PlaceRuns {
   }
 };
 
-/// As query(), of a field in another form that has its own voxel_word() and interpolate_features().
+/// Like query(), for a field in another layout that has its own voxel_word() and interpolate_features().
 template <class Field>
 Answer query_as(const Field& field, const Segment& segment) {
-  // More runs are rare, and threads may have little stack.
+  // More intervals are rare, and threads may have small stacks.
   constexpr uint32_t kKeptRuns = 64;
   Run kept[kKeptRuns];
   WalkResult walk;
@@ -58,7 +58,7 @@ Answer query_as(const Field& field, const Segment& segment) {
 }
 inline Answer query(const SegmentField& field, const Segment& segment) { return query_as(field, segment); }
 
-/// As intersect(), of a field in another form that has its own voxel_word() and interpolate_features().
+/// Like intersect(), for a field in another layout that has its own voxel_word() and interpolate_features().
 template <class Field>
 Hit intersect_as(const Field& field, const Segment& segment, float limit) {
   return hit_by_planes(field, segment, limit,

@@ -1,5 +1,5 @@
-// The `spherical` encoding as the list of encodings has it: its field, its query(), and what a scene needs to
-// know of an object besides its answers.
+// Adds the `spherical` encoding to the list of encodings: its field, its query(), and what a scene must know
+// about an object besides its answers.
 #pragma once
 
 #include "kernels/reference/ray.hpp"
@@ -9,8 +9,8 @@
 
 namespace nif::kernels {
 
-/// Of a `spherical` object: the AABB, and a margin within which lies every ray in reach of the object's own
-/// proofs that it does not prove to miss it (kSphericalMargin, and 2^-20 of the reach of 2^8 diagonals).
+/// The AABB of a `spherical` object, and a margin that contains every ray that is in reach of the object's
+/// proofs and not proven to miss it (kSphericalMargin, and 2^-20 of the reach of 2^8 diagonals).
 inline ObjectBox object_box(const SphericalField& field) {
   ObjectBox box;
   for (int a = 0; a < 3; ++a) {
@@ -20,7 +20,7 @@ inline ObjectBox object_box(const SphericalField& field) {
   return box;
 }
 
-/// kCertainReach is in units of which kSphericalUnits make the diagonal.
+/// kCertainReach counts units; kSphericalUnits of them make the diagonal.
 inline float reach_scale(const SphericalField& field) { return field.reach_scale; }
 inline Calibration calibration(const SphericalField&) { return {kSphericalLogitScale, 0}; }
 

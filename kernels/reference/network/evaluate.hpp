@@ -1,4 +1,4 @@
-// The network of an object: a few layers of small integers.
+// Evaluates the network of an object: a few layers of small integers.
 #pragma once
 
 #include <cstddef>
@@ -8,14 +8,14 @@
 
 namespace nif::kernels {
 
-/// A hidden neuron's output from its sum.
+/// Turns a hidden neuron's sum into its output.
 NIF_HOST_DEVICE constexpr int32_t activation(int32_t sum, uint32_t shift) {
   const int32_t scaled = (sum + ((1 << shift) >> 1)) >> shift;
   return scaled < 0 ? 0 : scaled > 127 ? 127 : scaled;
 }
 
-/// The network's single output for the given inputs. Sums are 32-bit and, for networks that the asset reader
-/// accepts, cannot overflow.
+/// The network's single output for the given inputs. Sums are 32-bit and cannot overflow for networks that
+/// the asset reader accepts.
 inline int32_t evaluate_network(const Network& network, const uint8_t* inputs) {
   uint8_t buffers[2][kMaxWidth];
   const uint8_t* x = inputs;

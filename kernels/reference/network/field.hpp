@@ -1,8 +1,8 @@
-// The network part of an object, as plain pointers into a loaded asset. It stands on planes: features are at
+// The network part of an object, as plain pointers into a loaded asset. It needs planes: features sit at
 // corners of their voxels.
 //
-// Nothing here owns anything. The asset reader (formats/nif) fills these from a file, the baker from its
-// own arrays; every kernel (reference, CPU, GPU) reads them. Layout and meaning: docs/format.md.
+// Nothing here owns anything. The asset reader (formats/nif) fills these from a file, the baker from its own
+// arrays; every kernel (reference, CPU, GPU) reads them. docs/format.md describes layout and meaning.
 #pragma once
 
 #include <cstdint>
@@ -17,13 +17,13 @@ inline constexpr uint32_t kMaxSamples = 32;   ///< points placed along one segme
 inline constexpr uint32_t kMaxLayers = 4;     ///< hidden layers + the output layer
 inline constexpr uint32_t kMaxWidth = 128;    ///< neurons of a hidden layer
 inline constexpr uint32_t kGlobalInputs = 8;  ///< inputs that are not features: direction, lengths, flags
-/// Features of each point, heights of the points, and the others.
+/// Features and heights of all points, and the global inputs.
 inline constexpr uint32_t kMaxInputs = (kMaxFeatures + 1) * kMaxSamples + kGlobalInputs;
 constexpr uint32_t input_count(uint32_t samples, uint32_t features_per_corner) {
   return samples * (features_per_corner + 1) + kGlobalInputs;
 }
 inline constexpr int32_t kMaxBias = 1 << 26;  ///< |bias|; leaves room for 32-bit sums of the largest layer
-inline constexpr int32_t kMaxThreshold = 2 * kMaxBias;  ///< |threshold|: more than any output can need
+inline constexpr int32_t kMaxThreshold = 2 * kMaxBias;  ///< |threshold|: larger than any output
 inline constexpr uint32_t kMaxShift = 24;
 
 /// A multilayer perceptron in integers: activations 0..127, weights -127..127, 32-bit sums.
@@ -38,11 +38,10 @@ struct Network {
   };
   uint32_t layer_count = 0;
   Layer layers[kMaxLayers] = {};
-  Calibration calibration;  ///< its threshold is taken off the last layer's bias already
+  Calibration calibration;  ///< its threshold is already subtracted from the last layer's bias
 };
 
-/// The network part of an object: features at corners of its planes' voxels, and the network that they are
-/// inputs of.
+/// The network part of an object: features at corners of its planes' voxels, and the network that reads them.
 struct NetworkField {
   const uint64_t* brick_corners = nullptr;  ///< [mixed brick]: which corners have features
   const uint32_t* corner_base = nullptr;    ///< [mixed brick]: index of the brick's first corner

@@ -1,4 +1,4 @@
-// From a walked segment to the integers that the network reads: sample points, interpolation weights, inputs.
+// Turns a traversed segment into the network's integer inputs: sample points, interpolation weights, inputs.
 #pragma once
 
 #include "kernels/reference/network/field.hpp"
@@ -6,8 +6,8 @@
 
 namespace nif::kernels {
 
-/// One point along the segment: the voxel it lies in and how far along each axis, in 1/128 of a voxel.
-/// 128 stands for the voxel's far end.
+/// One point along the segment: its voxel, and how far it lies along each axis in 1/128 of the voxel. 128 is
+/// the voxel's far end.
 struct SamplePoint {
   uint16_t voxel[3];
   uint8_t fraction[3];
@@ -16,17 +16,17 @@ struct SamplePoint {
 
 inline constexpr int32_t kFractionOne = 128;
 
-/// The inputs that are not of a point, 0..127 each. A segment and its reverse are equally blocked, so both
-/// are presented alike: from the end that makes the direction point into the upper half space.
+/// The global inputs, which belong to no point, 0..127 each. A segment and its reverse are equally blocked,
+/// so both are presented alike: from the end that makes the direction point into the upper half space.
 enum GlobalInput : uint32_t {
   kInputDirectionX,
   kInputDirectionY,
   kInputDirectionZ,
-  kInputLength,      ///< length of the runs, times length_scale
-  kInputSawOutside,  ///< 0 or 127, as the next three
+  kInputLength,      ///< total length of the intervals, times length_scale
+  kInputSawOutside,  ///< 0 or 127, like the next three
   kInputSawInside,
-  kInputStarts,  ///< the segment starts in a run
-  kInputEnds,    ///< it ends in one
+  kInputStarts,  ///< the segment starts in an interval
+  kInputEnds,    ///< it ends in an interval
 };
 static_assert(kInputEnds + 1 == kGlobalInputs);
 
@@ -35,13 +35,13 @@ struct Placement {
   uint8_t globals[kGlobalInputs];
 };
 
-/// Is the segment presented from its end?
+/// Is the segment presented starting from its end?
 NIF_HOST_DEVICE inline bool presented_reversed(const WalkResult& walk) {
   const float* d = walk.direction;
   return d[2] < 0 || (d[2] == 0 && (d[1] < 0 || (d[1] == 0 && d[0] < 0)));
 }
 
-/// How high a point of a run is between the planes there. Of a run without length: 0.
+/// Height of a point of an interval between the planes there; 0 for an interval without length.
 NIF_HOST_DEVICE inline uint8_t height_at(const Run& run, float t) {
   const float from = static_cast<float>(begin_height(run.heights)),
               to = static_cast<float>(end_height(run.heights));
@@ -49,15 +49,15 @@ NIF_HOST_DEVICE inline uint8_t height_at(const Run& run, float t) {
   return uint8_t(to_index(from + (to - from) * share + 0.5f, kTopHeight));
 }
 
-/// Spreads K points evenly by arc length over runs, which come one after the other.
+/// Spreads K points evenly by arc length over consecutive intervals.
 struct PointSpread {
   uint32_t count;       ///< K
   float spacing;        ///< arc length between points
   bool reversed;        ///< points are numbered from the segment's end
-  float run_start = 0;  ///< arc length at the begin of the current run
+  float run_start = 0;  ///< arc length at the start of the current interval
   uint32_t placed = 0;
 
-  /// Calls put(number, t, height) for each of the points that lie in the run.
+  /// Calls put(number, t, height) for each point in the interval.
   template <class Put>
   NIF_HOST_DEVICE void place(const Run& run, bool last, const Put& put) {
     for (; placed < count; ++placed) {
@@ -72,19 +72,19 @@ struct PointSpread {
   }
 };
 
-/// At the first run of an ambiguous walk.
+/// Starts at the first interval of an ambiguous traversal.
 NIF_HOST_DEVICE inline PointSpread start_spread(uint32_t samples, const WalkResult& walk) {
   return {samples, walk.open_t / static_cast<float>(samples), presented_reversed(walk)};
 }
 
-/// Places the points of an ambiguous walk.
+/// Places the sample points of an ambiguous traversal.
 class SamplePlacer {
  public:
-  /// The walk must outlive this; its runs are not needed.
+  /// The result of the traversal must outlive this; its intervals are not needed.
   NIF_HOST_DEVICE SamplePlacer(const SegmentField& field, const WalkResult& walk)
       : field_(field), walk_(walk), spread_(start_spread(field.samples, walk)) {}
 
-  /// Calls put(number, t, height) for each of the points that lie in the run.
+  /// Calls put(number, t, height) for each point in the interval.
   template <class Put>
   NIF_HOST_DEVICE void place(const Run& run, bool last, const Put& put) {
     spread_.place(run, last, put);
@@ -104,7 +104,7 @@ class SamplePlacer {
     return point;
   }
 
-  /// Calls put(number, point) for each of the points that lie in the run.
+  /// Calls put(number, point) for each point in the interval.
   template <class Put>
   NIF_HOST_DEVICE void add(const Run& run, bool last, const Put& put) {
     place(run, last, [&](uint32_t number, float t, uint8_t height) { put(number, point_at(t, height)); });
@@ -121,7 +121,7 @@ class SamplePlacer {
   PointSpread spread_;
 };
 
-/// The inputs [kGlobalInputs] of an ambiguous walk that are not of a point.
+/// The global inputs [kGlobalInputs] of an ambiguous traversal.
 NIF_HOST_DEVICE inline void place_globals(const SegmentField& field, const WalkResult& walk,
                                           uint8_t* globals) {
   const float* d = walk.direction;
@@ -168,7 +168,7 @@ NIF_HOST_DEVICE constexpr int32_t corner_weight(const uint8_t fraction[3], int c
   return weight;
 }
 
-/// Rounds a trilinear sum of features (-127..127 times 2^21) to an input 0..127; 64 where no corner has a
+/// Rounds a trilinear sum of features (-127..127 times 2^21) to an input 0..127; 64 if no corner has a
 /// feature.
 NIF_HOST_DEVICE constexpr uint8_t feature_input(int32_t sum) {
   return uint8_t((sum + (127 << 21) + (1 << 21)) >> 22);
@@ -196,7 +196,8 @@ NIF_HOST_DEVICE inline void interpolate_features(const SegmentField& field, cons
   for (uint32_t f = 0; f < features; ++f) inputs[f] = feature_input(sums[f]);
 }
 
-/// All inputs of the network: K points x F features, point by point, then the K heights, then the globals.
+/// All inputs of the network: K points x F features, point by point, then the K heights, then the global
+/// inputs.
 template <class Field>
 void gather_inputs(const Field& field, const Placement& placement, uint8_t* inputs) {
   const uint32_t features = field.features_per_corner;

@@ -1,12 +1,12 @@
-// What is known within a surface voxel: 32 bits that stand for two planes, or for the parts that it is cut
-// in.
+// What is known inside a surface voxel: 32 bits that hold two planes, or a link to the parts that the voxel
+// is cut into.
 //
-// All triangles that come within kSurfacePadding of a cell lie between its two planes there. What lies above
-// the upper plane is one convex piece that no triangle touches, and so is what lies below the lower one: its
-// side may be proven outside or inside, as a voxel's state. A wall separates both: whatever passes from above
-// to below within the padded cell meets a triangle.
+// All triangles that come within kSurfacePadding of a cell lie between its two planes there. The region above
+// the upper plane is convex and touched by no triangle, and so is the region below the lower one: each side
+// may be proven outside or inside, like a voxel's state. A wall separates both: whatever passes from above to
+// below within the padded cell meets a triangle.
 //
-// This header defines the answer, as walk.hpp does, and in the same arithmetic.
+// Like walk.hpp, this header defines the answer, in the same arithmetic.
 #pragma once
 
 #include "kernels/reference/arithmetic.hpp"
@@ -14,16 +14,16 @@
 
 namespace nif::kernels {
 
-/// Padding of voxels and cells when the baker asks which triangles they meet, in finest cells.
+/// How far voxels and cells are padded when the baker tests which triangles they meet, in finest cells.
 inline constexpr double kSurfacePadding = 1.0 / 64;
 
-/// What a walk has been in, as bits; a side of a cell is one of these, or 0 where nothing is proven.
+/// Sides that a traversal has been on, as bits; a side of a cell is one of these, or 0 if nothing is proven.
 enum SeenBits : uint32_t { kSeenOutside = 1, kSeenInside = 2, kSeenBoth = 3 };
 
 /// Bits 0..3 of a word: kinds of planes below kEmptyVoxel.
 enum WordKind : uint32_t {
   kPlaneKinds = 14,
-  kEmptyVoxel = 14,  ///< no surface voxel; in packed tables only, never in a file
+  kEmptyVoxel = 14,  ///< not a surface voxel; only in packed tables, never in a file
   kLink = 15
 };
 
@@ -32,12 +32,12 @@ struct CellKind {
   uint32_t above, below;  ///< SeenBits of the sides
   bool wall;
 };
-/// Not all combinations have a kind: one that has none is stored as one that says less (kind_of()).
+/// Not every combination has a kind: one that has none is stored as a kind that says less (kind_of()).
 inline constexpr CellKind kCellKinds[kPlaneKinds] = {
     {0, 0, false}, {0, 1, false}, {1, 0, false}, {0, 2, false}, {2, 0, false}, {1, 1, false}, {1, 2, false},
     {2, 1, false}, {0, 0, true},  {0, 1, true},  {1, 0, true},  {0, 2, true},  {2, 0, true},  {1, 1, true}};
 
-/// The kind that says most of what is known of a cell. Between outside and inside a wall says no more.
+/// The kind that says most about a cell. A wall between outside and inside adds nothing.
 constexpr uint32_t kind_of(CellKind known) {
   if (known.above == kSeenInside && known.below == kSeenInside) known.below = 0;
   if ((known.above | known.below) == kSeenBoth) known.wall = false;
@@ -48,13 +48,13 @@ constexpr uint32_t kind_of(CellKind known) {
   return 0;
 }
 
-// Normals are whole numbers whose absolute values sum to kNormalSum, z not below 0: two numbers of 6 bits say
-// which (a hemisphere mapped to a square by way of an octahedron; Cigolle et al. 2014).
+// Normals are integers whose absolute values sum to kNormalSum, with z at least 0. Two 6-bit numbers encode
+// one (a hemisphere mapped to a square by way of an octahedron; Cigolle et al. 2014).
 inline constexpr int32_t kNormalSum = 62, kNormalHalf = kNormalSum / 2;
 
-/// A height is a point's place along the normal, from the middle of its cell: one finest cell is kNormalSum
-/// units or less. The planes of a cell of `size` finest cells stand at plane_height(place, size), place 0 to
-/// kPlanePlaces. No point of a padded cell is as high as the last, or as low as the first.
+/// A height is a point's position along the normal, measured from the middle of its cell: one finest cell is
+/// at most kNormalSum units. The planes of a cell of `size` finest cells stand at plane_height(place, size),
+/// with place 0 to kPlanePlaces. Every point of a padded cell lies below the last and above the first.
 inline constexpr uint32_t kPlanePlaces = 256;
 NIF_HOST_DEVICE constexpr float plane_step(float size) {
   return (static_cast<float>(kNormalHalf) * size + 1) * (1.0f / (kPlanePlaces / 2));
@@ -62,28 +62,28 @@ NIF_HOST_DEVICE constexpr float plane_step(float size) {
 NIF_HOST_DEVICE constexpr float plane_height(uint32_t place, float size) {
   return (static_cast<float>(place) - static_cast<float>(kPlanePlaces / 2)) * plane_step(size);
 }
-/// Between planes and triangles, in units of height: more than the error of a computed height
+/// Distance kept between planes and triangles, in units of height: more than the error of a computed height
 /// (docs/encodings/segment.md).
 inline constexpr double kHeightMargin = 0.5;
 
-/// Planes; u and v are 0..kNormalSum, `lower` 0..255, `upper` 1..256 (places).
+/// Packs planes; u and v are 0..kNormalSum, `lower` 0..255, `upper` 1..256 (places).
 constexpr uint32_t make_planes(uint32_t kind, uint32_t u, uint32_t v, uint32_t lower, uint32_t upper) {
   return kind | u << 4 | v << 10 | lower << 16 | (upper - 1) << 24;
 }
 constexpr uint32_t make_link(uint32_t mask, uint32_t first) { return kLink | mask << 4 | first << 12; }
-/// Of a voxel that is no surface, in packed tables.
+/// The word of a voxel without surface, in packed tables.
 NIF_HOST_DEVICE constexpr uint32_t make_empty(uint32_t side) { return kEmptyVoxel | side << 4; }
 
-/// Planes that prove nothing: every segment is open.
+/// Planes that prove nothing: they leave every segment open.
 inline constexpr uint32_t kBareCell = make_planes(0, kNormalHalf, kNormalHalf, 0, kPlanePlaces);
 
 NIF_HOST_DEVICE constexpr uint32_t word_kind(uint32_t word) { return word & 15; }
-/// SeenBits of a voxel that is no surface.
+/// SeenBits of a voxel without surface.
 NIF_HOST_DEVICE constexpr uint32_t empty_side(uint32_t word) { return word >> 4 & 3; }
-/// Part c of a cell (bit 0: the upper half along x, bit 1: y, bit 2: z) is there if bit c is set. Triangles
-/// touch no part that is not.
+/// Part c of a cell (bit 0: the upper half along x, bit 1: y, bit 2: z) exists if bit c is set. No triangle
+/// touches a missing part.
 NIF_HOST_DEVICE constexpr uint32_t link_mask(uint32_t word) { return word >> 4 & 255; }
-/// Parts that are there follow one another from this one on.
+/// Index of the first existing part; the others follow.
 NIF_HOST_DEVICE constexpr uint32_t link_first(uint32_t word) { return word >> 12; }
 NIF_HOST_DEVICE constexpr uint32_t link_part(uint32_t word, uint32_t part) {
   return link_first(word) + count_bits(link_mask(word) & ((1u << part) - 1));
@@ -100,7 +100,7 @@ NIF_HOST_DEVICE constexpr CellNormal cell_normal(uint32_t word) {
   return {u + v, u - v, kNormalSum - 2 * width};
 }
 
-// kCellKinds in bits, because GPUs would have a table in memory: two for each kind, or one.
+// kCellKinds as bits, because GPUs would keep a table in memory: two bits for each kind, or one.
 constexpr uint32_t pack_kinds(uint32_t CellKind::*side) {
   uint32_t packed = 0;
   for (uint32_t kind = 0; kind < kPlaneKinds; ++kind) packed |= kCellKinds[kind].*side << 2 * kind;
@@ -114,16 +114,16 @@ constexpr uint32_t pack_walls() {
 inline constexpr uint32_t kSidesAbove = pack_kinds(&CellKind::above),
                           kSidesBelow = pack_kinds(&CellKind::below), kWallKinds = pack_walls();
 
-/// What a segment's way through one cell comes to.
+/// Result of a segment's passage through one cell.
 struct CellPassage {
-  bool open;         ///< it may meet a triangle, or not
+  bool open;         ///< it may meet a triangle
   bool blocked;      ///< it meets one
   uint32_t seen;     ///< SeenBits of the sides in which it enters or leaves
-  float begin, end;  ///< where it is open: the part between the planes, as t; near enough, but no bound
-  uint32_t heights;  ///< there, see make_heights()
+  float begin, end;  ///< if open: the part between the planes, as t; approximate, not a bound
+  uint32_t heights;  ///< heights at both ends, see make_heights()
 };
 
-/// How high two points are between the planes of a cell: 0 at the lower one, kTopHeight at the upper one.
+/// Height of a point between the planes of a cell: 0 at the lower plane, kTopHeight at the upper one.
 inline constexpr int32_t kTopHeight = 127;
 NIF_HOST_DEVICE constexpr uint32_t make_heights(int32_t begin, int32_t end) {
   return uint32_t(begin) | uint32_t(end) << 8;
@@ -131,16 +131,16 @@ NIF_HOST_DEVICE constexpr uint32_t make_heights(int32_t begin, int32_t end) {
 NIF_HOST_DEVICE constexpr int32_t begin_height(uint32_t heights) { return int32_t(heights & 255); }
 NIF_HOST_DEVICE constexpr int32_t end_height(uint32_t heights) { return int32_t(heights >> 8); }
 
-/// The part of a cell's passage that lies between its planes, as t.
+/// The part of a passage through a cell that lies between its planes, as t.
 struct PartBetween {
   float begin, end;
 };
-/// Of a cell that is open: passed from t = enter to t = leave, at these heights.
+/// For an open cell that is passed from t = enter to t = leave, at these heights.
 NIF_HOST_DEVICE inline PartBetween part_between(float enter, float leave, float enter_height,
                                                 float leave_height, float lower, float upper) {
   const bool enters_above = enter_height > upper, enters_below = enter_height < lower;
   const bool leaves_above = leave_height > upper, leaves_below = leave_height < lower;
-  // Open with an end beyond a plane, the heights differ.
+  // If the cell is open and one end lies beyond a plane, the heights differ.
   const float rate = (leave - enter) / (leave_height - enter_height);
   const float first = (enters_above ? upper : lower) - enter_height,
               last = (leaves_above ? upper : lower) - enter_height;
@@ -150,8 +150,8 @@ NIF_HOST_DEVICE inline PartBetween part_between(float enter, float leave, float 
   return part;
 }
 
-/// Of a segment in finest cells, from t = enter to t = leave, through a cell with planes. `middle` is the
-/// cell's, exactly.
+/// A segment, in finest cells, from t = enter to t = leave through a cell with planes. `middle` is the exact
+/// centre of the cell.
 NIF_HOST_DEVICE inline CellPassage pass_cell(uint32_t word, const float (&middle)[3], float size,
                                              const float (&origin)[3], const float (&direction)[3],
                                              float enter, float leave) {
@@ -189,7 +189,7 @@ NIF_HOST_DEVICE inline CellPassage pass_cell(uint32_t word, const float (&middle
   return passage;
 }
 
-/// Whether more is known of some surface voxel than that it is one.
+/// Whether any surface voxel has planes that prove something.
 inline bool has_planes(const PlanesField& field) {
   for (uint32_t i = 0; i < field.surface_voxels; ++i)
     if (field.voxel_records[i] != kBareCell) return true;

@@ -1,4 +1,4 @@
-// The mean base colour of an object's surface in a voxel, where the object has colours.
+// The mean base colour of an object's surface in each voxel, if the object has colours.
 //
 // A colour takes 16 bits, red in the highest 5, green in 6, blue in 5. A step c of n stands for (c / n)^2 in
 // linear light: about as fine as sRGB, with the same bits on every machine.
@@ -13,10 +13,10 @@ namespace nif::kernels {
 struct VoxelColors {
   const PlanesField* grid = nullptr;
   const uint16_t* values =
-      nullptr;  ///< [surface_voxels], in the order of voxel_records; null: there are none
+      nullptr;  ///< [surface_voxels], in the order of voxel_records; null if there are none
 };
 
-/// What callers get, red, green and blue, where there is no colour: where an object has none.
+/// Red, green and blue that callers get if the object has no colours.
 inline constexpr float kNoColor = 0.5f;
 
 NIF_HOST_DEVICE inline void unpack_color(uint16_t packed, float (&color)[3]) {
@@ -27,7 +27,7 @@ NIF_HOST_DEVICE inline void unpack_color(uint16_t packed, float (&color)[3]) {
   for (int c = 0; c < 3; ++c) color[c] = steps[c] * steps[c];
 }
 
-/// Which of the surface voxels it is; false where it is none.
+/// Index of the surface voxel; false if the voxel is none.
 NIF_HOST_DEVICE inline bool surface_voxel(const PlanesField& field, const int32_t (&voxel)[3],
                                           uint32_t& index) {
   const BrickPlace at = brick_place(field, voxel);
@@ -39,8 +39,9 @@ NIF_HOST_DEVICE inline bool surface_voxel(const PlanesField& field, const int32_
   return true;
 }
 
-/// The surface voxel that holds the point of a segment in object space, or, because rounding may have moved
-/// that, the nearest of those around: of several the first. False where there is none.
+/// The surface voxel that holds a point of a segment in object space. Rounding may have moved the point, so
+/// otherwise the nearest surface voxel around it; the first one if several are equally near. Returns false if
+/// there is none.
 NIF_HOST_DEVICE inline bool nearest_surface_voxel(const PlanesField& field, const Segment& segment, float t,
                                                   uint32_t& index) {
   double at[3];
@@ -51,7 +52,7 @@ NIF_HOST_DEVICE inline bool nearest_surface_voxel(const PlanesField& field, cons
              static_cast<double>(t) * static_cast<double>(segment.direction[a])) *
             static_cast<double>(field.voxels_per_unit);
     const double last = static_cast<double>(field.voxels[a] - 1);
-    middle[a] = at[a] >= 0 ? static_cast<int32_t>(at[a] < last ? at[a] : last) : 0;  // of NaN, too
+    middle[a] = at[a] >= 0 ? static_cast<int32_t>(at[a] < last ? at[a] : last) : 0;  // NaN gives 0
   }
   if (surface_voxel(field, middle, index)) return true;
   bool found = false;
@@ -78,7 +79,7 @@ NIF_HOST_DEVICE inline bool nearest_surface_voxel(const PlanesField& field, cons
   return found;
 }
 
-/// Linear red, green and blue of where a segment in object space meets the surface.
+/// Linear red, green and blue at the point where a segment in object space meets the surface.
 NIF_HOST_DEVICE inline void color_at(const VoxelColors& colors, const Segment& segment, float t,
                                      float (&color)[3]) {
   uint32_t index = 0;

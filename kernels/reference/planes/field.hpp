@@ -1,7 +1,7 @@
-// The memory that proofs are made from: where an object's surface may be, and planes around it there.
+// The memory behind proofs: where an object's surface may be, and the planes around it.
 //
 // Nothing here owns anything. The asset reader (formats/nif) fills it from a file, the baker from its own
-// arrays; every kernel (reference, CPU, GPU) reads it. Layout and meaning: docs/format.md.
+// arrays; every kernel (reference, CPU, GPU) reads it. docs/format.md describes layout and meaning.
 #pragma once
 
 #include <cstdint>
@@ -13,11 +13,12 @@ inline constexpr uint32_t kMaxLevels = 4;       ///< how often a voxel is cut in
 inline constexpr uint32_t kMaxCells = 1024;     ///< finest cells along one axis
 inline constexpr uint32_t kMaxParts = 1 << 20;  ///< parts of all voxels that are cut
 
-/// A brick is a cube of 4 voxels along each axis; bit x + 4 y + 16 z of its masks is one voxel (or the corner
+/// A brick is a cube of 4 voxels along each axis. Bit x + 4 y + 16 z of its masks is one voxel (or the corner
 /// at that voxel's low end).
 inline constexpr uint32_t kBrickSide = 4;
 
-/// Entries of the brick table below kFirstMixedBrick say that the whole brick is alike and has no corner.
+/// Entries of the brick table below kFirstMixedBrick describe a brick whose voxels are all alike and that has
+/// no corner.
 enum BrickTableEntry : uint16_t {
   kBrickOutside = 0,
   kBrickInside = 1,
@@ -25,16 +26,16 @@ enum BrickTableEntry : uint16_t {
   kFirstMixedBrick = 3
 };
 
-/// States of the 64 voxels of a mixed brick, two bits each, kept as two words.
+/// States of the 64 voxels of a mixed brick, two bits each, stored as two words.
 struct BrickStates {
   uint64_t surface;  ///< 1: a triangle touches the voxel
-  uint64_t aux;      ///< where surface is 0: 0 outside, 1 inside; where surface is 1: 0 surface, 1 unknown
+  uint64_t aux;      ///< if surface is 0: 0 outside, 1 inside; if surface is 1: 0 surface, 1 unknown
 };
 
-/// The planes part of an object: what a walk reads (docs/encodings/segment.md).
+/// The planes part of an object: what a traversal reads (docs/encodings/segment.md).
 struct PlanesField {
-  // Voxel (i,j,k) covers origin + [i, i+1] / voxels_per_unit and so on, in object space. A finest cell is
-  // what cutting a voxel in two along each axis `levels` times leaves.
+  // Voxel (i,j,k) covers origin + [i, i+1] / voxels_per_unit and so on, in object space. Cutting a voxel in
+  // two along each axis `levels` times gives finest cells.
   float origin[3] = {};
   float voxels_per_unit = 0;
   float cells_per_unit = 0;   ///< finest cells: voxels_per_unit * 2^levels, exactly
@@ -48,14 +49,14 @@ struct PlanesField {
   const BrickStates* brick_states = nullptr;  ///< [i]
   const uint32_t* voxel_base = nullptr;       ///< [i]: index of the record of the brick's first surface voxel
 
-  // What is known within surface voxels: planes, or links to parts (kernels/reference/planes/cells.hpp).
+  // What is known inside surface voxels: planes, or links to parts (kernels/reference/planes/cells.hpp).
   const uint32_t* voxel_records = nullptr;  ///< [surface_voxels], in the order of bricks and their bits
   const uint32_t* parts = nullptr;          ///< [part_count]
   uint32_t surface_voxels = 0;
   uint32_t part_count = 0;
 };
 
-/// Also those that follow from them.
+/// Also sets the scales that follow from these.
 inline void set_scales(float voxels_per_unit, uint32_t levels, PlanesField& field) {
   const float cells = static_cast<float>(1u << levels);
   field.levels = levels;

@@ -1,8 +1,8 @@
-// The first hit of an object that has a grid with planes: where a walk proves one, or leaves it open.
+// The first hit of an object that has planes: found where a traversal proves it or leaves it open.
 //
-// What is met lies in an open cell: planes prove that nothing else holds a triangle, and a wall, or a way
-// from what is proven outside to what is proven inside, that the last cell does where the walk ends there.
-// Which of the cells it is, a network may say: of the segment up to the end of each.
+// The hit lies in an open cell. Planes prove that no other cell holds a triangle; and if the traversal ends
+// at a wall, or by going from proven outside to proven inside, it proves that the last cell does. A network,
+// if there is one, tells which of the open cells it is: it is asked about the segment up to the end of each.
 #pragma once
 
 #include <type_traits>
@@ -12,7 +12,7 @@
 
 namespace nif::kernels {
 
-/// The open cells of a walk, in order. Of more than there is room for, the last takes the place of those
+/// The open cells of a traversal, in order. If there is no room for more, the last one replaces the one
 /// before it.
 struct OpenCells {
   static constexpr uint32_t kRoom = 64;
@@ -28,14 +28,14 @@ NIF_HOST_DEVICE inline uint32_t kept_cells(const WalkResult& walk) {
   return walk.run_count < OpenCells::kRoom ? walk.run_count : OpenCells::kRoom;
 }
 
-/// What a walk proves of the first hit, as t: everything but its place. `certain`: as of the walk, where it
-/// is not ambiguous; `first`: where the first open cell is entered, or where there is none the last piece;
-/// `last`: where that is left.
+/// What a traversal proves about the first hit, as t: everything but its position. `certain`: as of the
+/// traversal, if it is not ambiguous. `first`: where the first open cell is entered, or the last piece if no
+/// cell is open. `last`: where that cell or piece is left.
 NIF_HOST_DEVICE inline Hit bounds_of(const PlanesField& field, const Segment& segment, Verdict verdict,
                                      bool certain, float first, float last) {
   if (verdict == Verdict::visible) return no_hit(certain);
   Hit hit;
-  // From farther away the rounding of `first` may be more than what cells are padded by.
+  // From farther away the rounding of `first` may exceed the padding of cells.
   if (is_culled(field, segment))
     hit.low = first;
   else if (verdict == Verdict::occluded && certain)
@@ -44,7 +44,7 @@ NIF_HOST_DEVICE inline Hit bounds_of(const PlanesField& field, const Segment& se
   return hit;
 }
 
-/// In the middle between the planes of a cell that is passed.
+/// Puts the hit in the middle between the planes of a cell that is passed.
 NIF_HOST_DEVICE inline void place_hit(const OpenCell& cell, Hit& hit) {
   const float middle = cell.begin + 0.5f * (cell.end - cell.begin);
   hit.t = max_of(min_of(middle, min_of(cell.end, kNever)), -kNever);  // finite, whatever the ends are
@@ -55,14 +55,14 @@ NIF_HOST_DEVICE inline void place_hit(const OpenCell& cell, Hit& hit) {
   hit.normal[2] = static_cast<float>(normal.z);
 }
 
-/// Says nothing of what is left open: that counts as occluded, and as met in the last open cell.
+/// Says nothing about an open segment: it counts as occluded, with the hit in the last open cell.
 struct NoNetwork {};
 
-/// The first hit of a segment, from its walk in order. Of the open cells that are kept of it, of which there
-/// is one at least where they are asked for: `cells.first_enter()` is where the first is entered,
-/// `cells.last()` the last one, and `cells.at(i)` any other. `network(segment)`: is a segment that is left
-/// open occluded? It is asked about the whole one, and about parts from its begin on: the hit is in the first
-/// cell up to whose end the segment is occluded, found by halves; in the last one where it is in no other.
+/// The first hit of a segment, from its in-order traversal. `cells.first_enter()` is where the first open
+/// cell is entered, `cells.last()` the last one kept, and `cells.at(i)` any other; they are called only if at
+/// least one cell was kept. `network(segment)`: is a segment that is left open occluded? It is asked about
+/// the whole segment, and about parts that begin at its start: the hit is in the first cell up to whose end
+/// the segment is occluded, found by bisection; or in the last cell if no other has it.
 template <class Cells, class Network>
 NIF_HOST_DEVICE NIF_INLINE Hit hit_in_cells(const PlanesField& field, const Segment& segment,
                                             const WalkResult& walk, const Cells& cells, float limit,
@@ -81,7 +81,7 @@ NIF_HOST_DEVICE NIF_INLINE Hit hit_in_cells(const PlanesField& field, const Segm
   }
   OpenCell cell = cells.last();
   if constexpr (!std::is_same_v<Network, NoNetwork>) {
-    // The network is asked in one place: GPUs have all of its code there.
+    // The network is called in one place, because GPUs inline all of its code there.
     bool whole = walk.verdict == Verdict::ambiguous;
     uint32_t first = 0, last = count - 1;
     while (whole || first < last) {
@@ -106,7 +106,7 @@ NIF_HOST_DEVICE NIF_INLINE Hit hit_in_cells(const PlanesField& field, const Segm
   return hit;
 }
 
-/// The open cells that a walk has kept in an array.
+/// The open cells of a traversal, kept in an array.
 struct ListedCells {
   const OpenCells& open;
   uint32_t count;
@@ -115,7 +115,7 @@ struct ListedCells {
   NIF_HOST_DEVICE OpenCell at(uint32_t i) const { return open.cells[i]; }
 };
 
-/// Field: as follow_segment() has it. `network` as for hit_in_cells().
+/// Field: as for follow_segment(). `network`: as for hit_in_cells().
 template <class Field, class Network>
 Hit hit_by_planes(const Field& field, const Segment& segment, float limit, const Network& network) {
   WalkResult walk;

@@ -1,16 +1,16 @@
-// Where a walk leaves a segment open, and what is answered of it by proofs alone.
+// Where a traversal leaves a segment open, and what proofs alone answer about it.
 #pragma once
 
 #include "kernels/reference/planes/walk.hpp"
 
 namespace nif::kernels {
 
-/// From where a walk enters its first open cell to where it leaves the last, as t.
+/// From where a traversal enters its first open cell to where it leaves the last one, as t.
 struct OpenInterval {
   float begin = 0, end = 0;
 };
-/// Is called with each open cell in turn. A structure, because GPU compilers want to know of a lambda that a
-/// device could call it.
+/// Called with each open cell in turn. A structure, because GPU compilers must know that a device may call a
+/// lambda.
 struct KeepOpen {
   OpenInterval& open;
   NIF_HOST_DEVICE void operator()(uint32_t number, const OpenCell& cell) const {
@@ -19,8 +19,8 @@ struct KeepOpen {
   }
 };
 
-/// From this far away, in finest cells, the ends are so near to where they should be that no triangle lies
-/// beyond them. Rays from farther away are looked at as a whole.
+/// For rays that start at most this far away, in finest cells, the ends are accurate enough that no triangle
+/// lies beyond them. Rays from farther away are tested as a whole.
 inline constexpr float kCullingReach = kCertainReach / 4;
 
 NIF_HOST_DEVICE inline bool is_culled(const PlanesField& field, const Segment& segment) {
@@ -36,9 +36,8 @@ inline constexpr int32_t kOpenLogit = -1;
 
 NIF_HOST_DEVICE inline OpenInterval all_of(const Segment& segment) { return {segment.tmin, segment.tmax}; }
 
-/// The part of a segment in which a caller's own triangles can decide what a walk has left open: a voxel's
-/// length more than `open` at each end, but no more than the segment. The whole segment where rounding could
-/// be more than that.
+/// The part of a segment in which a caller's own triangles can decide what a traversal left open: `open`,
+/// longer by a voxel at each end, but within the segment. The whole segment if rounding could exceed that.
 NIF_HOST_DEVICE inline OpenInterval widen(const PlanesField& field, const Segment& segment,
                                           const WalkResult& walk, const OpenInterval& open) {
   if (!is_culled(field, segment)) return all_of(segment);
@@ -49,8 +48,8 @@ NIF_HOST_DEVICE inline OpenInterval widen(const PlanesField& field, const Segmen
   return {max_of(open.begin - voxel, segment.tmin), min_of(open.end + voxel, segment.tmax)};
 }
 
-/// What becomes of a walk: its answer where that is proven; else one that is not certain, and in `open` the
-/// part of the segment that has to be looked at. `open` comes with the walk's runs.
+/// The outcome of a traversal: its answer if that is proven; else an answer that is not certain, and in
+/// `open` the part of the segment that must still be tested. `open` comes from the traversal's intervals.
 NIF_HOST_DEVICE inline Answer answer_of(const PlanesField& field, const Segment& segment,
                                         const WalkResult& walk, OpenInterval& open) {
   if (walk.verdict == Verdict::ambiguous) {
@@ -62,7 +61,7 @@ NIF_HOST_DEVICE inline Answer answer_of(const PlanesField& field, const Segment&
   return {visible, walk.certain, visible ? kCertainLogit : -kCertainLogit};
 }
 
-/// `open` has a meaning only where the answer is not certain. Field: as follow_segment() has it.
+/// `open` is defined only if the answer is not certain. Field: as for follow_segment().
 template <class Field>
 Answer prove(const Field& field, const Segment& segment, OpenInterval& open) {
   WalkResult walk;

@@ -1,4 +1,4 @@
-// One segment of a batch by proofs alone.
+// Answers one segment of a batch by proofs alone.
 #pragma once
 
 #include "kernels/reference/batch.hpp"
@@ -6,7 +6,7 @@
 
 namespace nif::kernels {
 
-/// Field: as follow_segment() has it.
+/// Field: as for follow_segment().
 template <class Field>
 void prove_one(const Field& field, const SegmentBatch& batch, uint32_t i, AnswerBatch& answers,
                OpenBatch& open) {

@@ -1,9 +1,9 @@
-// The walk of a segment through the occupancy grid and the cells in it: exact answers first, and where the
+// DDA traversal of the occupancy grid and the cells in it: gives exact answers, or the intervals in which the
 // surface may be.
 //
 // This header defines the answer. All of it is IEEE single precision in the order written, without
-// contraction; other kernels may leap over voxels but must arrive at the same crossings
-// (docs/encodings/segment.md, "The walk").
+// contraction; other kernels may skip empty space but must arrive at the same crossings
+// (docs/encodings/segment.md, "Traversal").
 #pragma once
 
 #include "kernels/reference/arithmetic.hpp"
@@ -13,39 +13,39 @@
 namespace nif::kernels {
 
 enum class Verdict : uint8_t {
-  visible,    ///< nothing on the way is open
-  occluded,   ///< through a wall, or both in what is proven outside and in what is proven inside
-  ambiguous,  ///< the network has to say
+  visible,    ///< no cell on the way is open
+  occluded,   ///< through a wall, or both in proven outside and in proven inside
+  ambiguous,  ///< the network decides
 };
 
 enum class VoxelState : uint8_t { outside, inside, unknown, surface };
 
-/// The part of a segment that lies between the planes of an open cell.
+/// An interval: the part of a segment that lies between the planes of an open cell.
 struct Run {
   float begin, end;  ///< as t
   uint32_t heights;  ///< of both ends, see make_heights()
 };
 
-/// Each cell has one at most, and no axis is walked twice.
+/// Each cell has at most one, and a traversal never turns back along an axis.
 inline constexpr uint32_t kMaxRuns = 3 * kMaxCells + 1;
 
-/// What a walk finds out, but for the runs themselves.
+/// Result of a traversal, without its intervals.
 struct WalkResult {
   Verdict verdict = Verdict::visible;
-  bool certain = true;  ///< false where ambiguous, or where rounding may exceed what the voxels are padded by
+  bool certain = true;  ///< false if ambiguous, or if rounding may exceed the padding of voxels
 
-  // Of a walk in order whose verdict is occluded: between which t that was known. Of a cell, where it is
-  // entered and left. A voxel that is no surface is what it is from its entry on; and the end of the segment
-  // is a place.
+  // For an in-order traversal whose verdict is occluded: the interval of t in which that became known. For a
+  // cell, where it is entered and left. A voxel without surface counts from its entry on, and the end of the
+  // segment is a single t.
   float last_enter = 0, last_leave = 0;
 
-  // The rest is set where the verdict is ambiguous.
+  // The rest is set if the verdict is ambiguous.
   bool saw_outside = false, saw_inside = false;
   bool starts_open =
-      false;  ///< the first run begins at the segment's own start, not at its entry into the grid
-  bool ends_open = false;                   ///< the last run ends at the segment's own end
+      false;  ///< the first interval begins at the segment's start, not at its entry into the grid
+  bool ends_open = false;                   ///< the last interval ends at the segment's own end
   float origin[3] = {}, direction[3] = {};  ///< in grid space, whose unit is a finest cell
-  float open_t = 0;                         ///< sum of the runs' lengths, in t
+  float open_t = 0;                         ///< total length of the intervals, in t
   uint32_t run_count = 0;
 };
 
@@ -53,14 +53,14 @@ struct Walk : WalkResult {
   Run runs[kMaxRuns];
 };
 
-/// A component below this fraction of the largest moves less than the padding across the whole grid: taken as
-/// 0.
+/// A component below this fraction of the largest moves less than the padding across the whole grid, so it
+/// counts as 0.
 inline constexpr float kFlatDirection = 0x1p-40f;
 
 /// Later than any crossing.
 inline constexpr float kNever = 3.402823466e+38f;
 
-/// Where a voxel's bits are.
+/// Where to find a voxel's bits.
 struct BrickPlace {
   uint32_t entry;  ///< of brick_table
   uint32_t bit;
@@ -81,14 +81,14 @@ NIF_HOST_DEVICE inline VoxelState voxel_state(const PlanesField& field, const in
   return state_in(field.brick_states[at.entry - kFirstMixedBrick], at.bit);
 }
 
-/// SeenBits of a voxel that is no surface.
+/// SeenBits of a voxel without surface.
 NIF_HOST_DEVICE constexpr uint32_t seen_in(VoxelState state) {
   return state == VoxelState::outside  ? uint32_t(kSeenOutside)
          : state == VoxelState::inside ? uint32_t(kSeenInside)
                                        : 0u;
 }
 
-/// A voxel's record where it is surface; else make_empty().
+/// A voxel's record if it is a surface voxel; else make_empty().
 NIF_HOST_DEVICE inline uint32_t voxel_word(const PlanesField& field, const int32_t voxel[3]) {
   const BrickPlace at = brick_place(field, voxel);
   if (at.entry < kFirstMixedBrick) return make_empty(seen_in(static_cast<VoxelState>(at.entry)));
@@ -99,8 +99,8 @@ NIF_HOST_DEVICE inline uint32_t voxel_word(const PlanesField& field, const int32
   return field.voxel_records[field.voxel_base[at.entry - kFirstMixedBrick] + count_bits(below)];
 }
 
-/// A cube of the grid in which a walk asks one question: a voxel that is no surface, a cell with planes, or a
-/// part that no triangle touches.
+/// A cube of the grid that a traversal tests at once: a voxel without surface, a cell with planes, or a part
+/// that no triangle touches.
 struct Piece {
   int32_t low[3];  ///< its first finest cell
   int32_t size;    ///< in finest cells: a power of two
@@ -127,14 +127,14 @@ NIF_HOST_DEVICE Piece find_piece(const Field& field, const int32_t (&cell)[3]) {
   return piece;
 }
 
-/// Looks at no piece.
+/// Does nothing.
 struct NoVisit {
   NIF_HOST_DEVICE void operator()(const Piece&) const {}
 };
 
-/// Takes a segment's origin and direction to grid space, where components of the direction that move nothing
-/// are 0. False where the segment is none: a number that is not finite, no direction, or one smaller or
-/// larger than can be computed with.
+/// Transforms a segment's origin and direction to grid space and sets components of the direction that move
+/// nothing to 0. Returns false if the segment is invalid: a number is not finite, or the direction is zero or
+/// too small or too large to compute with.
 template <class Field>
 NIF_HOST_DEVICE bool to_grid_space(const Field& field, const Segment& segment, WalkResult& walk,
                                    float& reach) {
@@ -157,14 +157,14 @@ NIF_HOST_DEVICE bool to_grid_space(const Field& field, const Segment& segment, W
 
 /// Where a segment passes the grid.
 struct GridPassage {
-  float inverse[3];  ///< of the direction; infinite along an axis that is not moved along
+  float inverse[3];  ///< 1 / direction; infinite along an axis without movement
   float enter, leave;
   bool enters_grid, leaves_grid;  ///< the segment is clipped at that end
-  int32_t cell[3];                ///< the first
-  uint32_t seen;                  ///< SeenBits: beyond the grid everything is outside
+  int32_t cell[3];                ///< the first one
+  uint32_t seen;                  ///< SeenBits; everything beyond the grid is outside
 };
 
-/// The start of any walk. False where it meets no cell; `walk` then is what comes of it.
+/// The start of any traversal. Returns false if it meets no cell; `walk` is then its result.
 template <class Field>
 NIF_HOST_DEVICE bool enter_grid(const Field& field, const Segment& segment, WalkResult& walk,
                                 GridPassage& passage) {
@@ -172,8 +172,8 @@ NIF_HOST_DEVICE bool enter_grid(const Field& field, const Segment& segment, Walk
   walk.certain = true;
   walk.run_count = 0;
 
-  // To grid space. A segment that is not one (NaN, no direction, tmin > tmax) meets nothing; it is certain of
-  // that only where it is empty by definition.
+  // To grid space. An invalid segment (NaN, no direction, tmin > tmax) meets nothing, which is certain only
+  // if it is empty by definition.
   float reach;
   const bool valid = to_grid_space(field, segment, walk, reach);
   if (!(segment.tmin <= segment.tmax)) {
@@ -186,7 +186,7 @@ NIF_HOST_DEVICE bool enter_grid(const Field& field, const Segment& segment, Walk
   }
   walk.certain = reach <= kCertainReach;
 
-  // Clip to the grid.
+  // Clips to the grid.
   float enter = segment.tmin, leave = segment.tmax;
   bool enters_grid = false, leaves_grid = false;
   NIF_UNROLL
@@ -203,7 +203,7 @@ NIF_HOST_DEVICE bool enter_grid(const Field& field, const Segment& segment, Walk
     if (first > enter) enter = first, enters_grid = true;
     if (last < leave) leave = last, leaves_grid = true;
   }
-  // Where a number so large divides one so small that every crossing overflows, the segment comes nowhere.
+  // If a number so large divides one so small that every crossing overflows, the segment gets nowhere.
   if (!(enter <= leave && enter <= kNever)) return false;
 
   NIF_UNROLL
@@ -219,22 +219,22 @@ NIF_HOST_DEVICE bool enter_grid(const Field& field, const Segment& segment, Walk
   return true;
 }
 
-/// A run, and the cell that it is in.
+/// An interval, and the cell that it lies in.
 struct OpenCell : Run {
-  float enter, leave;  ///< where the segment passes the cell, as t
+  float enter, leave;  ///< where the segment enters and leaves the cell, as t
   uint32_t word;       ///< its planes
 };
 
-/// What is known of the runs of a walk on its way.
+/// The intervals so far, summed up during a traversal.
 struct RunRecord {
   float open_t = 0;
   bool starts_open = false, ends_open = false;
 
-  /// The next cell that is open, passed from `enter` to `leave`.
+  /// Adds the next open cell, passed from `enter` to `leave`.
   template <class AddRun>
   NIF_HOST_DEVICE void add(const CellPassage& passed, uint32_t word, float enter, float leave,
                            const GridPassage& passage, WalkResult& walk, const AddRun& add_run) {
-    // A zero is positive, whichever crossing it is.
+    // Makes zeros positive, whichever crossing they come from.
     const OpenCell run{
         {passed.begin + 0.0f, passed.end + 0.0f, passed.heights}, enter + 0.0f, leave + 0.0f, word};
     if (walk.run_count == 0) starts_open = run.begin == passage.enter && !passage.enters_grid;
@@ -244,7 +244,7 @@ struct RunRecord {
   }
 };
 
-/// The end of any walk that is not blocked: `seen` is what it has been in.
+/// The end of any traversal that is not blocked. `seen`: the sides that it has been on.
 NIF_HOST_DEVICE inline void end_walk(const RunRecord& runs, uint32_t seen, WalkResult& walk) {
   if (walk.run_count == 0) return;
   walk.verdict = Verdict::ambiguous;
@@ -256,21 +256,21 @@ NIF_HOST_DEVICE inline void end_walk(const RunRecord& runs, uint32_t seen, WalkR
   walk.open_t = runs.open_t;
 }
 
-/// Walks one segment. `walk` is overwritten. `add_run` is called with each run (an OpenCell) and its number,
-/// in order, and `visit` with each piece on the way: the baker counts work with it.
+/// Traverses one segment and overwrites `walk`. Calls `add_run` with each interval (an OpenCell) and its
+/// number, in order, and `visit` with each piece on the way: the baker counts work with it.
 ///
-/// A walk that is blocked ends as soon as that is known: of a segment that leaves the grid, whose end is
-/// outside, maybe before what blocks it. `kInOrder`: it ends no sooner than something is met.
+/// A blocked traversal ends as soon as that is known. A segment that leaves the grid ends outside, so this
+/// may be before it reaches what blocks it. `kInOrder`: it does not end before something is met.
 ///
-/// Here and below, Field is a PlanesField, or derives from one and says by a voxel_word() and an
-/// interpolate_features() of its own how it stores them.
+/// Here and below, Field is a PlanesField, or derives from one and provides its own voxel_word() and
+/// interpolate_features() for its storage.
 template <bool kInOrder = false, class Field, class AddRun, class Visit>
 NIF_HOST_DEVICE void follow_segment(const Field& field, const Segment& segment, WalkResult& walk,
                                     const AddRun& add_run, const Visit& visit) {
   GridPassage passage;
   if (!enter_grid(field, segment, walk, passage)) return;
 
-  // The t at which each axis crosses its next plane, of finest cells.
+  // The t at which each axis crosses its next plane of finest cells.
   int32_t(&cell)[3] = passage.cell;
   int32_t step[3], plane[3];
   float next[3];
@@ -288,7 +288,7 @@ NIF_HOST_DEVICE void follow_segment(const Field& field, const Segment& segment, 
     const Piece piece = find_piece(field, cell);
     visit(piece);
 
-    // Cross the nearest plane, until one is the piece's own; the lowest axis where several are equally near.
+    // Cross the nearest plane until it is a face of the piece; the lowest axis if several are equally near.
     const float entered = now;
     for (bool within = true; within;) {
       int nearest = next[1] < next[0] ? 1 : 0;
@@ -337,7 +337,7 @@ NIF_HOST_DEVICE void follow_segment(const Field& field, const Segment& segment, 
   end_walk(runs, seen, walk);
 }
 
-/// The same with all runs kept; those beyond run_count are left as they are.
+/// The same, keeping all intervals; entries beyond run_count are left as they are.
 template <class Field, class Visit = NoVisit>
 NIF_HOST_DEVICE void walk_segment(const Field& field, const Segment& segment, Walk& walk,
                                   const Visit& visit = Visit()) {

@@ -1,13 +1,13 @@
-// What a `spherical` object answers where its networks are evaluated in half precision, as matrix units of
-// GPUs do: an approximation of query(), and never what the runtime answers without being asked to.
+// Answers of a `spherical` object whose networks are evaluated in half precision, as matrix units of GPUs do.
+// An approximation of query(), which the runtime uses only on request.
 //
-// Exactly as there: which network a ray asks, and its latent vectors, in single precision. Then the network's
-// inputs, the weights of hidden layers and their outputs, but for those of the last hidden layer, are rounded
-// to half precision; leaky ReLUs and the last layer are in single precision.
+// Which network a ray uses, and its latent vectors, are exactly as in query(), in single precision. Then the
+// network's inputs, the weights of hidden layers, and the outputs of all hidden layers but the last are
+// rounded to half precision; leaky ReLUs and the last layer use single precision.
 //
-// The sums of hidden layers are in single precision, in an order and with a rounding of each step that are
-// the hardware's, and hardware may take halves below 2^-14 (denormal ones) as 0. So other cards give other
-// last bits. Here inputs are summed in their order, to the nearest, and denormal halves are kept.
+// The sums of hidden layers are in single precision, in the hardware's own order and with its rounding of
+// each step, and hardware may treat halves below 2^-14 (denormals) as 0. So other GPUs give other last bits.
+// Here inputs are summed in order, rounded to nearest, and denormal halves are kept.
 #pragma once
 
 #include "kernels/reference/spherical/query.hpp"
@@ -16,15 +16,15 @@ namespace nif::kernels {
 
 NIF_HOST_DEVICE constexpr float rounded_to_half(float x) { return from_half(to_half(x)); }
 
-/// Neurons of the last hidden layer whose products are summed one after the other, those with the same
-/// i / 4 % 4 together; the four sums are added last. So do lanes that have four neurons in a row each.
+/// Products of the last hidden layer's neurons with the same i / 4 % 4 are summed in order; the four sums are
+/// added last. This is what lanes do that hold four consecutive neurons each.
 inline constexpr uint32_t kHalfParts = 4;
 NIF_HOST_DEVICE constexpr uint32_t half_part(uint32_t neuron) { return neuron / 4 % kHalfParts; }
 NIF_HOST_DEVICE inline float sum_half_parts(const float (&parts)[kHalfParts]) {
   return (parts[0] + parts[1]) + (parts[2] + parts[3]);
 }
 
-/// The network's only output for [network.inputs].
+/// The network's single output for [network.inputs].
 NIF_HOST_DEVICE inline float evaluate_spherical_half(const SphericalNetwork& network, float slope,
                                                      const float* inputs) {
   float x[kMaxSphericalWidth], y[kMaxSphericalWidth];

@@ -1,4 +1,4 @@
-// The first hit of one `spherical` object. Its networks know whether there is one, and not where: t is where
+// The first hit of one `spherical` object. Its networks know whether there is one, but not where: t is where
 // the segment enters the object's AABB, and there is no normal.
 #pragma once
 
@@ -7,7 +7,7 @@
 
 namespace nif::kernels {
 
-/// Of a segment that the networks answer so.
+/// The hit of a segment with this answer: a visible one has none.
 NIF_HOST_DEVICE inline Hit hit_on_box(const SphericalBounds& bounds, const Segment& segment, bool visible,
                                       bool certain) {
   if (visible) return no_hit(certain);

@@ -1,7 +1,7 @@
-// The answer to a primary ray of one object: hit or miss, where, and the surface's normal there, by a network
-// over the coordinates of `spherical` (docs/encodings/spherical.md).
+// Answers a primary ray of one object with a network over the coordinates of `spherical`: hit or miss, where,
+// and the surface's normal there (docs/encodings/spherical.md).
 //
-// In single precision in the order written, as kernels/reference/spherical/query.hpp: the same bits
+// Single precision in the order written, as in kernels/reference/spherical/query.hpp: the same bits
 // everywhere.
 #pragma once
 
@@ -11,13 +11,13 @@ namespace nif::kernels {
 
 struct PrimaryAnswer {
   bool hit;
-  float t;          ///< of the hit, on the ray; 0 where there is none
-  float start;      ///< where on the ray others start that are to leave the surface, before t by the margin
-  float normal[3];  ///< unit length, object space; 0 where there is no hit
+  float t;          ///< of the hit, on the ray; 0 if there is none
+  float start;      ///< where secondary rays start: the margin before t
+  float normal[3];  ///< unit length, object space; 0 if there is no hit
 };
 
-/// The first hit of the ray with the object, in object space. The network is told where the ray enters the
-/// AABB (a ray that starts within counts from its start) and its direction; a hit beyond tmax is none.
+/// The first hit of the ray with the object, in object space. The network gets the point where the ray enters
+/// the AABB (or its start, if that lies within) and its direction. A hit beyond tmax does not count.
 inline PrimaryAnswer query_primary(const PrimaryField& field, const Segment& segment) {
   PrimaryAnswer answer{};
   const SphericalRay ray = prepare_spherical(field, segment);
@@ -40,7 +40,7 @@ inline PrimaryAnswer query_primary(const PrimaryField& field, const Segment& seg
   answer.hit = true;
   answer.t = t;
   answer.start = max_of(t - field.margin * diagonal / speed, ray.enter);
-  // Where the network has no normal to speak of, the surface faces the ray.
+  // If the network gives no usable normal, the surface faces the ray.
   constexpr float kShortest = 0x1p-40f;
   for (int a = 0; a < 3; ++a) answer.normal[a] = size >= kShortest ? normal[a] / size : -d[a] / speed;
   return answer;

@@ -1,8 +1,8 @@
-// The answer to one query of one `spherical` object: where a ray meets the AABB, spherical coordinates,
-// latent vectors, network.
+// Answers one query of one `spherical` object: where the ray meets the AABB, spherical coordinates, latent
+// vectors, network.
 //
-// Everything is IEEE single precision in the order written, without contraction, so that a kernel with a ray
-// to a lane gets the same bits.
+// Everything is IEEE single precision in the order written, without contraction, so that a kernel with one
+// ray per lane gets the same bits.
 #pragma once
 
 #include "kernels/reference/half.hpp"
@@ -11,16 +11,16 @@
 
 namespace nif::kernels {
 
-/// Which of an object's two networks a ray is for.
+/// Which of an object's two networks a ray uses.
 enum class SphericalKind : uint8_t {
-  none,   ///< it is no ray, or misses the AABB: visible
+  none,   ///< the ray is invalid or misses the AABB: visible
   outer,  ///< origin + tmin direction lies outside of the AABB, which is entered later
-  inner,  ///< it lies inside
+  inner,  ///< the point lies inside
 };
 
-/// Where a ray looks its latent vectors up: angles 0 to 1, theta over [0, pi] from the z axis and phi over
-/// [-pi, pi] about it, of the point where the ray starts to count, as seen from the AABB's centre, and of the
-/// direction; and that point's distance from the centre, 0 to 1 at the AABB's corners (for inner rays).
+/// Where a ray looks up its latent vectors. Angles are 0 to 1, theta over [0, pi] from the z axis and phi
+/// over [-pi, pi] about it: of the point where the ray starts to count, as seen from the AABB's centre, and
+/// of the direction. Inner rays also use that point's distance from the centre, 0 to 1 at the AABB's corners.
 struct SphericalCoordinates {
   float position_theta, position_phi;
   float direction_theta, direction_phi;
@@ -29,22 +29,22 @@ struct SphericalCoordinates {
 
 struct SphericalRay {
   SphericalKind kind;
-  bool certain;  ///< where the kind is none
+  bool certain;  ///< if the kind is none
   float enter;   ///< the ray's t where it starts to count: its entry into the AABB, or tmin within it
   SphericalCoordinates at;
 };
 
 inline constexpr float kPi = 3.14159274f, kHalfPi = 1.57079637f;
 inline constexpr float kPerPi = 0.318309886f, kPerTwoPi = 0.159154943f;
-/// Of the polynomial for atan x / x in x^2 (Abramowitz and Stegun 4.4.49), which is off by at most 2e-8: the
-/// coefficient of x^(2 i), i = 0 to 8.
+/// Coefficient of x^(2 i), i = 0 to 8, of the polynomial for atan x / x in x^2 (Abramowitz and Stegun
+/// 4.4.49), which is off by at most 2e-8.
 NIF_HOST_DEVICE constexpr float atan_coefficient(int i) {
   constexpr float kCoefficients[] = {1.0f,          -.3333314528f, .1999355085f,  -.1420889944f, .1065626393f,
                                      -.0752896400f, .0429096138f,  -.0161657367f, .0028662257f};
   return kCoefficients[i];
 }
 
-/// The angle of (x, y), -pi to pi; 0 at the origin. Finite numbers whose squares are, too.
+/// The angle of (x, y), -pi to pi; 0 at the origin. The numbers and their squares must be finite.
 NIF_HOST_DEVICE inline float angle_of(float y, float x) {
   const float ax = magnitude(x), ay = magnitude(y);
   const float large = max_of(ax, ay), small = min_of(ax, ay);
@@ -115,18 +115,18 @@ NIF_HOST_DEVICE inline SphericalRay prepare_spherical(const SphericalBounds& bou
   return ray;
 }
 
-/// Where a coordinate lies between two of a grid's entries.
+/// Where a coordinate lies between two entries of a grid.
 struct SphericalCell {
   uint32_t low, high;
-  float fraction;  ///< 0 to 1 on the way from one to the other
+  float fraction;  ///< 0 to 1 from the first to the second
 };
-/// Phi goes round: the entry after the last one is the first.
+/// Phi is periodic: the first entry follows the last.
 NIF_HOST_DEVICE inline SphericalCell around(float phi, uint32_t resolution) {
   const float top = static_cast<float>(resolution), x = min_of(max_of(phi * top, 0), top);
   const uint32_t low = uint32_t(to_index(x, int32_t(resolution) - 1));
   return {low, low + 1 == resolution ? 0 : low + 1, x - static_cast<float>(low)};
 }
-/// Theta and distances have ends: the first entry stands at 0, the last one at 1.
+/// Theta and distances have ends: the first entry is at 0, the last one at 1.
 NIF_HOST_DEVICE inline SphericalCell along(float at, uint32_t resolution) {
   const float top = static_cast<float>(resolution - 1), x = min_of(max_of(at * top, 0), top);
   const uint32_t low = uint32_t(to_index(x, int32_t(resolution) - 2));
@@ -163,7 +163,7 @@ NIF_HOST_DEVICE void look_up_distance(const SphericalGrid& grid, float distance,
   }
 }
 
-/// The inputs of a ray that is not none, in the order of the network's: calls put(input, value) for each.
+/// The inputs of a ray whose kind is not none, in the network's order: calls put(input, value) for each.
 template <class Put>
 NIF_HOST_DEVICE void look_up_inputs(const SphericalField& field, const SphericalRay& ray, const Put& put) {
   const auto look_up_both = [&](const SphericalGrid& position, const SphericalGrid& direction) {
@@ -171,7 +171,7 @@ NIF_HOST_DEVICE void look_up_inputs(const SphericalField& field, const Spherical
     look_up_angles(direction, ray.at.direction_theta, ray.at.direction_phi,
                    [&](uint32_t f, float value) { put(position.features + f, value); });
   };
-  // Branches, where a choice of reference would do: compilers for AMD copy both grids for that.
+  // Branches rather than selecting a reference: for that, compilers for AMD copy both grids.
   if (ray.kind == SphericalKind::outer) {
     look_up_both(field.outer_position, field.outer_direction);
   } else {
@@ -212,7 +212,7 @@ NIF_HOST_DEVICE inline float bounded_output(float output) {
   return max_of(min_of(output, kMaxSphericalOutput), -kMaxSphericalOutput);
 }
 
-/// Occluded exactly where the output is below 0, that is, where a probability below 1/2 says visible.
+/// Occluded exactly if the output is below 0, that is, if the probability of visible is below 1/2.
 NIF_HOST_DEVICE inline int32_t spherical_logit(float output) {
   return static_cast<int32_t>(round_down(bounded_output(output) * kSphericalLogitUnit));
 }

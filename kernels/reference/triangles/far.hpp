@@ -1,9 +1,9 @@
-// Rays that start far away, moved along themselves to where the object is.
+// Moves rays that start far away along themselves to the object.
 //
-// Boxes are grown by a part of the ray's largest coordinate, because that is what rounding may move the ray
-// by. From far away they would grow until the ray met all of them. So boxes and planes see a ray that starts
-// near the object, worked out in double precision. Triangles see the ray as it is: they decide the answer,
-// which stays the same (docs/encodings/bvh.md, "Rays from far away").
+// Boxes grow by a fraction of the ray's largest coordinate, because rounding may move the ray by that much.
+// From far away they would grow until the ray met all of them. So boxes and planes see a ray that starts near
+// the object, computed in double precision. Triangles see the original ray: they decide the answer, which
+// stays the same (docs/encodings/bvh.md, "Rays from far away").
 #pragma once
 
 #include "kernels/reference/hit.hpp"
@@ -15,25 +15,25 @@ namespace nif::kernels {
 /// Rays that start more extents away than this are moved.
 inline constexpr float kBvhMovedFrom = 64;
 /// Rays that start more extents away than this meet nothing: rounding in double precision would be as large
-/// as boxes.
+/// as the boxes.
 inline constexpr float kBvhFarthest = 0x1p32f;
-/// What counts as the reach of a moved ray: more than its own, because its origin and its ends are rounded,
-/// too; and this part of the reach that it had, so that the padding is twice what triangles in double
-/// precision may be off by there.
+/// What counts as the reach of a moved ray: more than its own, because its origin and ends are rounded too,
+/// plus this fraction of its original reach. The padding is then twice the error of triangles in double
+/// precision at that distance.
 inline constexpr float kMovedReach = 1.5f, kFarReach = 0x1p-21f;
 
 NIF_HOST_DEVICE inline float largest_of(const float v[3]) {
   return max_of(magnitude(v[2]), max_of(magnitude(v[1]), magnitude(v[0])));
 }
 
-/// The next float above x; of infinity itself.
+/// The next float above x; infinity stays infinity.
 NIF_HOST_DEVICE inline float next_above(float x) {
   if (!(x < kNoHit)) return x;
   const uint32_t bits = bits_as<uint32_t>(x);
   return bits_as<float>(x < 0 ? bits - 1 : (bits & 0x7fffffff) + 1);
 }
 
-/// t, counted from `start`, at least and at most. Where start is 0 it is t.
+/// t counted from `start`, rounded down and up. If start is 0 it is t.
 NIF_HOST_DEVICE inline float from_start_down(float t, float start) {
   return start == 0 ? t : -next_above(-(t - start));
 }
@@ -41,8 +41,8 @@ NIF_HOST_DEVICE inline float from_start_up(float t, float start) {
   return start == 0 ? t : next_above(t - start);
 }
 
-/// About the t at which a ray from far away is nearest to the origin of object space; 0 where it is not far
-/// away. Of what is no ray it means nothing.
+/// Approximately the t at which a ray from far away is nearest to the origin of object space; 0 if it is not
+/// far away. Undefined for invalid rays.
 NIF_HOST_DEVICE NIF_RARE_PART_OF_KERNEL float start_of(const TrianglesField& field, const Segment& segment) {
   if (!(largest_of(segment.origin) > field.extent * kBvhMovedFrom)) return 0;
   float along = 0, square = 0;
@@ -54,14 +54,14 @@ NIF_HOST_DEVICE NIF_RARE_PART_OF_KERNEL float start_of(const TrianglesField& fie
   return -along / square;
 }
 
-/// Along an axis, where a ray is at `start`. The product is exact in double precision, so that the sum alone
-/// is rounded, and the result once more.
+/// A ray's position at `start` along an axis. The product is exact in double precision, so only the sum is
+/// rounded, and the result once more.
 NIF_HOST_DEVICE inline float moved_origin(const Segment& segment, int axis, float start) {
   return static_cast<float>(static_cast<double>(segment.origin[axis]) +
                             static_cast<double>(start) * static_cast<double>(segment.direction[axis]));
 }
 
-/// The same points, with t counted from `start`; a little more of them at both ends.
+/// The same points with t counted from `start`, extended a little at both ends.
 NIF_HOST_DEVICE NIF_RARE_PART_OF_KERNEL Segment moved_to(float start, const Segment& segment) {
   Segment near = segment;
   NIF_UNROLL
@@ -71,8 +71,8 @@ NIF_HOST_DEVICE NIF_RARE_PART_OF_KERNEL Segment moved_to(float start, const Segm
   return near;
 }
 
-/// What takes the place of the largest coordinate of a ray's origin and the extent, `reach` once it is moved
-/// and `far` before.
+/// Replaces the larger of the ray's largest origin coordinate and the extent: `reach` after the move, `far`
+/// before it.
 NIF_HOST_DEVICE inline float moved_reach(float reach, float far) {
   return reach * kMovedReach + far * kFarReach;
 }

@@ -1,7 +1,7 @@
-// The first hit of one `bvh` object: which of the triangles that a segment meets is the nearest.
+// The first hit of one `bvh` object: the nearest of the triangles that a segment meets.
 //
-// Which ones it meets, and where, is decided in double precision, each triangle alone (query.hpp). Of several
-// at the same t the first in the object's order counts. So the order of traversal cannot change the hit.
+// Each triangle alone is tested in double precision (query.hpp). Of several at the same t the first in the
+// object's order counts. So the order of traversal cannot change the hit.
 #pragma once
 
 #include "kernels/reference/hit.hpp"
@@ -13,14 +13,14 @@ namespace nif::kernels {
 struct NearestTriangle {
   TriangleCrossing<double> crossing{};
   uint32_t triangle = kNoTriangle;
-  uint32_t first_vertex = 0;  ///< that its indices count from
+  uint32_t first_vertex = 0;  ///< base of its indices
 
   NIF_HOST_DEVICE bool is_beaten_by(double t, uint32_t other) const {
     return triangle == kNoTriangle || t < crossing.t || (t == crossing.t && other < triangle);
   }
 };
 
-/// Looks at one triangle. True where it is the nearest so far.
+/// Tests one triangle. Returns true if it is the nearest so far.
 NIF_HOST_DEVICE inline bool look_at_triangle(const TrianglesField& field, const TriangleRay& ray,
                                              uint32_t first_vertex, uint32_t triangle,
                                              NearestTriangle& nearest) {
@@ -34,7 +34,7 @@ NIF_HOST_DEVICE inline bool look_at_triangle(const TrianglesField& field, const 
   return true;
 }
 
-/// Looks at the triangles of a leaf slot.
+/// Tests the triangles of a leaf slot.
 NIF_HOST_DEVICE inline void look_at_leaf(const TrianglesField& field, const BvhRay& ray, const BvhNode& node,
                                          uint8_t slot, NearestTriangle& nearest) {
   const uint32_t first = node.first_triangle + slot_rank(slot), count = slot_kind(slot);
@@ -42,14 +42,14 @@ NIF_HOST_DEVICE inline void look_at_leaf(const TrianglesField& field, const BvhR
     look_at_triangle(field, ray, node.first_vertex, i, nearest);
 }
 
-/// From now on boxes behind the nearest triangle are left out, and none that holds one at the same t.
+/// Skips boxes behind the nearest triangle from now on, but none that may hold a triangle at the same t.
 NIF_HOST_DEVICE inline void leave_at(const NearestTriangle& nearest, BvhRay& ray) {
   if (nearest.triangle != kNoTriangle)
     ray.leave = min_of(next_above(static_cast<float>(nearest.crossing.t - static_cast<double>(ray.start))),
                        ray.leave);
 }
 
-/// Boxes beyond `ray.leave` are not looked at; it is moved to the nearest triangle.
+/// Skips boxes beyond `ray.leave`, which moves to the nearest triangle.
 inline void find_nearest(const TrianglesField& field, BvhRay& ray, NearestTriangle& nearest) {
   uint32_t stack[kBvhStack], size = 0;
   stack[size++] = 0;
@@ -67,7 +67,7 @@ inline void find_nearest(const TrianglesField& field, BvhRay& ray, NearestTriang
   }
 }
 
-/// What a caller wants to know of a triangle.
+/// Describes a triangle as a hit.
 NIF_HOST_DEVICE inline Hit hit_of(const TrianglesField& field, const NearestTriangle& nearest, bool certain) {
   if (nearest.triangle == kNoTriangle) return no_hit(certain);
   Hit hit;
@@ -98,7 +98,7 @@ NIF_HOST_DEVICE inline Hit hit_of(const TrianglesField& field, const NearestTria
   return hit;
 }
 
-/// Boxes beyond the limit are left out. What lies a little beyond may round to the limit itself.
+/// Skips boxes beyond the limit. A hit a little beyond it may round to the limit itself.
 NIF_HOST_DEVICE inline void leave_at(float limit, BvhRay& ray) {
   ray.leave = min_of(from_start_up(next_above(limit), ray.start), ray.leave);
 }

@@ -1,8 +1,8 @@
-// The answer of one `bvh` object: does the segment meet one of its triangles?
+// Answers a query of one `bvh` object: does the segment meet one of its triangles?
 //
-// Triangles decide, in double precision, each alone; boxes only save time, because they are grown by more
-// than all rounding (docs/encodings/bvh.md, "Boxes never change an answer"). So the order of traversal, and
-// how many boxes are tested at a time, cannot change the bit.
+// Triangles decide, in double precision, each alone; boxes only save time, because they grow by more than all
+// rounding (docs/encodings/bvh.md, "Boxes never change an answer"). So neither the order of traversal nor the
+// number of boxes tested at a time can change the bit.
 #pragma once
 
 #include "kernels/reference/hit.hpp"
@@ -12,48 +12,49 @@
 
 namespace nif::kernels {
 
-/// Boxes are grown by this part of the largest coordinate of the ray's origin or the root's frame: 16 units
-/// in its last place, where rounding of the box test comes to at most 7.
+/// Boxes grow by this fraction of the largest coordinate of the ray's origin or the root's frame: 16 units in
+/// its last place, while rounding of the box test comes to at most 7.
 inline constexpr float kBvhPadding = 0x1p-20f;
-/// Components of the direction below this fraction of the largest are taken as this fraction in box tests,
-/// which moves a ray by less than a hundredth of the padding.
+/// Box tests raise components of the direction below this fraction of the largest to this fraction, which
+/// moves a ray by less than a hundredth of the padding.
 inline constexpr float kBvhFlattest = 0x1p-30f;
-/// Origins farther away than this many extents get answers that are not called certain.
+/// For origins farther away than this many extents, answers are not called certain.
 inline constexpr float kBvhReach = 0x1p20f;
 
-/// A triangle whose area, twice, is a smaller part of the square of its larger extent is seen nearly edge-on.
+/// A triangle is seen nearly edge-on if twice its area is a smaller fraction than this of its larger extent
+/// squared.
 inline constexpr float kEdgeOn = 0x1p-2f;
-/// More than rounding may be off by in a sheared coordinate, as a part of the largest coordinate of the ray's
+/// Bound of the rounding error of a sheared coordinate, as a fraction of the largest coordinate of the ray's
 /// origin or the root's frame: 16 units in the last place.
 template <class Real>
 inline constexpr Real kShearError = static_cast<Real>(sizeof(Real) == 8 ? 0x1p-49 : 0x1p-20);
-/// Times the square of that error: more than a side is off by, however large the triangle is.
+/// Times the square of that error: bounds the error of a side, however large the triangle is.
 template <class Real>
 inline constexpr Real kSurelyApart = 128 / kShearError<Real>;
 
-/// v[axis], without an array that is indexed by a variable.
+/// v[axis], without indexing an array by a variable.
 NIF_HOST_DEVICE constexpr float component(const float v[3], int axis) {
   return axis == 0 ? v[0] : axis == 1 ? v[1] : v[2];
 }
 
-/// A segment made ready for triangles. Real: what they are tested in; double, but for measurements of what
-/// that costs. The longest axis comes last, the others keep their cyclic order.
+/// A segment prepared for triangle tests. Real: the precision of the tests; double, except in measurements of
+/// its cost. The longest axis comes last; the others keep their cyclic order.
 template <class Real>
 struct TriangleRayOf {
   int axis[3];
   Real origin[3];  ///< by `axis`
-  Real shear[2];   ///< slope of the other two axes against the longest
+  Real shear[2];   ///< slopes of the other two axes against the longest
   Real length;     ///< the direction's longest component, with its sign
-  Real error;      ///< more than rounding moves a sheared coordinate by
+  Real error;      ///< bounds the rounding error of a sheared coordinate
   Real tmin, tmax;
 };
 using TriangleRay = TriangleRayOf<double>;
 
-/// A segment made ready for boxes, too.
+/// A segment prepared for box tests, too.
 template <class Real>
 struct BvhRayOf : TriangleRayOf<Real> {
-  // Boxes, single precision. Entry planes are seen from `near`, exit planes from `far`: boxes seem larger.
-  // They count t from `start`, which is 0 unless the ray comes from far away.
+  // Boxes, in single precision. Entry planes count from `near`, exit planes from `far`, which makes boxes
+  // larger. Their t counts from `start`, which is 0 unless the ray comes from far away.
   float near[3], far[3], inverse[3];
   float enter, leave;
   float start;
@@ -61,7 +62,7 @@ struct BvhRayOf : TriangleRayOf<Real> {
 };
 using BvhRay = BvhRayOf<double>;
 
-/// Of a segment that prepare_ray() takes.
+/// For a segment that prepare_ray() accepts.
 template <class Real>
 NIF_HOST_DEVICE NIF_PART_OF_KERNEL void prepare_for_triangles(const TrianglesField& field,
                                                               const Segment& segment,
@@ -104,7 +105,7 @@ NIF_HOST_DEVICE NIF_RARE_PART_OF_KERNEL void move_boxes(const TrianglesField& fi
   ray.leave = min_of(from_start_up(segment.tmax, ray.start), farthest);
 }
 
-/// False where the segment is none (docs/model.md); its answer is then visible.
+/// Returns false if the segment is invalid (docs/model.md); its answer is then visible.
 template <class Real>
 NIF_HOST_DEVICE bool prepare_ray(const TrianglesField& field, const Segment& segment, BvhRayOf<Real>& ray) {
   const float* d = segment.direction;
@@ -141,7 +142,7 @@ NIF_HOST_DEVICE bool prepare_ray(const TrianglesField& field, const Segment& seg
   return true;
 }
 
-/// May the ray meet something in a box between these planes, of a node with this frame?
+/// May the ray meet something in a box between these planes, in a node with this frame?
 template <class Real>
 NIF_HOST_DEVICE bool meets_planes(const BvhRayOf<Real>& ray, const uint32_t frame[3], const uint8_t low[3],
                                   const uint8_t high[3]) {
@@ -162,8 +163,7 @@ NIF_HOST_DEVICE inline bool meets_box(const BvhRay& ray, const BvhNode& node, ui
   return meets_planes(ray, node.frame, low, high);
 }
 
-/// Where a ray meets the plane of a triangle, and of which vertices that point is made: weights, times their
-/// sum.
+/// Where a ray meets the plane of a triangle, as weights of its vertices and the sum of the weights.
 template <class Real>
 struct TriangleCrossing {
   Real t, weight[3], sum;
@@ -203,25 +203,25 @@ NIF_HOST_DEVICE NIF_PART_OF_KERNEL SeenVertex<Real> see(const TriangleRayOf<Real
   return {(static_cast<Real>(vertex[ray.axis[0]]) - ray.origin[0]) - ray.shear[0] * z,
           (static_cast<Real>(vertex[ray.axis[1]]) - ray.origin[1]) - ray.shear[1] * z, z};
 }
-/// How often weights are corrected, and how near, in errors of a sheared coordinate, the point of them must
-/// be to the ray.
+/// How often weights are corrected, and how near their point must come to the ray, in errors of a sheared
+/// coordinate.
 inline constexpr int kCorrections = 16;
 inline constexpr float kPointNear = 4;
-/// Triangles seen narrower than this many errors have edges that are this near.
+/// If a triangle appears narrower than this many errors, its nearest edge counts as met.
 inline constexpr float kEdgeNear = 128;
 
-/// Where a ray passes a triangle that sides in double precision are not right enough for: the depth, and
-/// weights of the vertices p, q, r, which start as the sides. False where it does not.
+/// Where a ray passes a triangle for which sides in double precision are not accurate enough: the depth, and
+/// weights of the vertices p, q, r, which start as the sides. Returns false if it does not.
 ///
-/// Weights are corrected by how far beside the ray the point is that they give, which is known well. So they
-/// become right unless the triangle is seen so narrow that its nearest edge will do. That also does where the
-/// ray passes beside the triangle, by no more than rounding may have moved it. What is seldom needed is in
-/// loops, and vertices are seen again in each: so it takes few registers from GPUs' kernels.
+/// Weights are corrected by the distance between their point and the ray, which is known accurately. So they
+/// become right unless the triangle appears so narrow that its nearest edge will do. The edge also serves for
+/// a ray that passes beside the triangle by no more than rounding may have moved it. Rarely needed code is in
+/// loops, and vertices are sheared again in each, so that it takes few registers of GPU kernels.
 template <class Real>
 NIF_HOST_DEVICE NIF_RARE_PART_OF_KERNEL bool passes_close(const TriangleRayOf<Real>& ray, const float* p,
                                                           const float* q, const float* r, Real& a, Real& b,
                                                           Real& c, Real& depth) {
-  // The three take turns: each loop gives them back as it found them.
+  // The three rotate: each loop leaves them in their original order.
   const auto turn = [](auto& first, auto& second, auto& third) {
     const auto was = first;
     first = second;
@@ -288,8 +288,8 @@ NIF_HOST_DEVICE NIF_RARE_PART_OF_KERNEL bool passes_close(const TriangleRayOf<Re
 /// 2013): vertices are sheared so that the ray runs along one axis, and the signs of three edge functions
 /// decide. A triangle seen exactly edge-on is not met.
 ///
-/// Sides are off by rounding. Where that may be what decides, or where the mean of the depths would be noise
-/// because the triangle is seen nearly edge-on, passes_close() does: no ray that meets a triangle misses it,
+/// Sides have rounding errors. If those may decide, or if the triangle is seen so nearly edge-on that the
+/// mean of the depths would be noise, passes_close() decides instead: no ray that meets a triangle misses it,
 /// so none slips through where triangles touch, whether or not they share an edge (docs/encodings/bvh.md,
 /// "Close to an edge").
 template <class Real>
@@ -305,7 +305,7 @@ NIF_HOST_DEVICE NIF_PART_OF_KERNEL bool meets_triangle(const TriangleRayOf<Real>
     z[i] = seen.z;
   }
   Real side[3] = {x[2] * y[1] - y[2] * x[1], x[0] * y[2] - y[0] * x[2], x[1] * y[0] - y[1] * x[0]};
-  // How far sides of both signs are from 0, at least; not above 0 where there is only one.
+  // The least distance from 0 of sides of both signs; not above 0 if all have one sign.
   const Real below = -least_of(side), above = most_of(side), apart = below < above ? below : above;
   if (apart > kSurelyApart<Real> * ray.error * ray.error) return false;
   const Real width = extent_of(x), height = extent_of(y), larger = height > width ? height : width;
@@ -338,7 +338,7 @@ NIF_HOST_DEVICE bool meets_leaf(const TrianglesField& field, const BvhRayOf<Real
   return false;
 }
 
-/// Adds the nodes that it looks at to `nodes`, where the baker wants to know.
+/// Adds the nodes that it visits to `nodes`, if not null: the baker counts them.
 inline bool meets_bvh(const TrianglesField& field, const BvhRay& ray, uint64_t* nodes = nullptr) {
   uint32_t stack[kBvhStack], size = 0;
   stack[size++] = 0;
@@ -358,12 +358,12 @@ inline bool meets_bvh(const TrianglesField& field, const BvhRay& ray, uint64_t* 
   return false;
 }
 
-/// The answer for a segment that prepare_ray() did not take.
+/// The answer for a segment that prepare_ray() rejected.
 NIF_HOST_DEVICE inline Answer answer_no_ray(const Segment& segment) {
   return {true, segment.tmin > segment.tmax, kCertainLogit};
 }
 
-/// Is an answer computed exactly enough to be called certain?
+/// Is an answer exact enough to be called certain?
 NIF_HOST_DEVICE inline bool certain_bvh(const TrianglesField& field, const Segment& segment) {
   float reach = 0;
   for (int a = 0; a < 3; ++a) reach = max_of(magnitude(segment.origin[a]), reach);
