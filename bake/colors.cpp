@@ -12,7 +12,6 @@
 #include "bake/encoder.hpp"
 #include "bake/planes/polygon.hpp"
 #include "bake/planes/voxelize.hpp"
-#include "kernels/reference/parts.hpp"
 #include "kernels/reference/planes/colors.hpp"
 
 namespace nif::bake {
@@ -158,26 +157,21 @@ uint16_t packed(const Double3& color) {
   return uint16_t(step(color[0], 31) << 11 | step(color[1], 63) << 5 | step(color[2], 31));
 }
 
-/// None if the encoding has no grid.
-std::optional<kernels::PlanesField> grid_of(const kernels::AnyField& field) {
-  const kernels::PlanesField* grid = std::visit([](const auto& own) { return kernels::grid_of(own); }, field);
-  return grid ? std::optional(*grid) : std::nullopt;
-}
-
 }  // namespace
 
 void reserve_colors(const Prepared& prepared, Form& form) {
-  const std::optional<kernels::PlanesField> grid = grid_of(form.field());
-  if (!grid || !prepared.source->look.known()) return;
-  form.object().colors.emplace(grid->surface_voxels);
-  const uint64_t bytes = grid->surface_voxels * sizeof(uint16_t);
+  if (!form.object().planes || !prepared.source->look.known()) return;
+  const size_t voxels = form.object().planes->voxel_records.size();
+  form.object().colors.emplace(voxels);
+  const uint64_t bytes = voxels * sizeof(uint16_t);
   form.cost.bytes += bytes;
   if (form.cost.resident > 0) form.cost.resident += bytes;
   form.sections = format::section_bytes(form.alone);
 }
 
 void fill_colors(const mesh::Scene& scene, const Prepared& prepared, Form& form) {
-  if (form.object().colors) form.object().colors = mean_colors(scene, prepared, *grid_of(form.field()));
+  format::Object& object = form.object();
+  if (object.colors) object.colors = mean_colors(scene, prepared, format::field_of(*object.planes));
 }
 
 bool has_colors(const mesh::Scene& scene) {

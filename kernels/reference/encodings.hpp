@@ -1,5 +1,5 @@
-// The list of encodings: which parts may be combined, what users call each combination, and the functions
-// that dispatch on it. To add one, add a file to kernels/reference/encodings and lines to the lists here
+// The encodings of objects: which parts there may be together, what users call them, and each question that
+// is asked of all of them. A new one adds a file to kernels/reference/encodings, and lines to the lists here
 // (docs/adding-a-part.md).
 #pragma once
 
@@ -23,14 +23,14 @@ namespace nif::kernels {
 /// One object, ready to be queried. Owns nothing: its fields are plain pointers into a loaded asset.
 using AnyField = std::variant<SegmentField, SphericalField, TrianglesField, ExactField, PlanesField>;
 
-/// The user's name of an encoding. The number is that of NifEncoding; `place` is the index in AnyField.
+/// What users call an encoding; the number is that of NifEncoding.
 struct EncodingName {
   uint32_t number;
   const char* name;
-  size_t place;
 };
+/// In the order of AnyField.
 inline constexpr EncodingName kEncodings[] = {
-    {1, "segment", 0}, {2, "spherical", 1}, {3, "bvh", 2}, {4, "exact", 3}, {5, "proof", 4}};
+    {1, "segment"}, {2, "spherical"}, {3, "bvh"}, {4, "exact"}, {5, "proof"}};
 static_assert(std::size(kEncodings) == std::variant_size_v<AnyField>);
 
 /// The encoding that a field type belongs to.

@@ -1,4 +1,4 @@
-// NVIDIA's cards, by libcuda.so.1, which comes with the driver.
+// Drives NVIDIA GPUs through libcuda.so.1, which comes with the driver.
 #include <algorithm>
 
 #include "images.hpp"
@@ -7,7 +7,7 @@
 namespace nif::gpu {
 namespace {
 
-// Of cuda.h: numbers that never change.
+// From cuda.h; these numbers never change.
 constexpr int kProcessorsAttribute = 16, kMajorAttribute = 75, kMinorAttribute = 76;
 constexpr int kPointerMemoryType = 2, kPointerIsManaged = 8, kPointerDevice = 9;
 constexpr unsigned kHostMemory = 1;
@@ -78,8 +78,8 @@ struct CudaCalls : SharedCalls {
   }
 };
 
-/// The code that suits a card best: made for it, else for an older card of its generation, else PTX, which
-/// the driver compiles. Null where none does.
+/// Returns the best code for a card: compiled for it, else for an older card of its generation, else PTX,
+/// which the driver compiles. Null if none fits.
 const Image* image_for(int major, int minor) {
   const Image* best = nullptr;
   int best_minor = -1;
@@ -242,7 +242,7 @@ std::unique_ptr<Driver> find_cuda(std::string& why_not) {
     return nullptr;
   }
 #ifdef NIF_CUDA_MAJOR
-  // Code of one major version is not for drivers of the one before.
+  // Drivers do not run code of a newer major version of CUDA.
   if (version / 1000 < NIF_CUDA_MAJOR) {
     why_not = "the NVIDIA driver is too old: it is for CUDA " + std::to_string(version / 1000) +
               ", and the GPU module's kernels are of CUDA " + std::to_string(NIF_CUDA_MAJOR);

@@ -1,5 +1,5 @@
-// Takes and frees what a card keeps while it is open: kernels found by name, a stream, staging memory.
-// If taking fails halfway, what was taken before is freed.
+// Acquires and frees what an open GPU keeps: kernels found by name, a stream, staging memory. If acquiring
+// fails halfway, everything acquired before is freed.
 #include "device.hpp"
 
 #include "query/outputs.hpp"

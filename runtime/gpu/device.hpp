@@ -1,4 +1,4 @@
-// One card as the module uses it: what the opaque types of runtime/src/gpu/module.hpp stand for.
+// Defines the opaque types of runtime/src/gpu/module.hpp: an open GPU, and the assets, scenes and jobs on it.
 #pragma once
 
 #include <atomic>
@@ -14,14 +14,15 @@
 
 namespace nif::gpu {
 
-/// What a query of host memory goes through, part by part: memory of the host that is copied from and to, and
-/// of the card. Laid out alike: kRays rays, then the outputs one after the other (query/outputs.hpp).
+/// Staging memory for queries in host memory, which go through it chunk by chunk: host memory to copy from
+/// and to, and GPU memory. Both have the same layout: kRays rays, then the outputs one after the other
+/// (query/outputs.hpp).
 class Staging {
  public:
   static constexpr uint64_t kRays = 1 << 18;
   static constexpr size_t kRayBytes = kRays * sizeof(NifRay);
 
-  /// For every output.
+  /// Has room for every output.
   explicit Staging(Context& context);
   ~Staging();
   Staging(const Staging&) = delete;
@@ -30,7 +31,7 @@ class Staging {
   unsigned char* host() const { return host_; }
   unsigned char* card() const { return card_.data(); }
   Stream stream() const { return stream_; }
-  /// For whoever has it in hand.
+  /// For the current user of the staging memory.
   Event answered() const { return answered_; }
 
  private:
@@ -42,7 +43,7 @@ class Staging {
   Event answered_ = nullptr;
 };
 
-/// An object on the card.
+/// An object on the GPU.
 using CardObject = kernels::gpu::ObjectPlan;
 
 }  // namespace nif::gpu
@@ -52,16 +53,16 @@ namespace nif::runtime {
 struct GpuDevice {
   std::unique_ptr<gpu::Context> context;
   GpuSettings settings;
-  std::vector<gpu::KindKernels> kernels;  ///< the one kernel, for scenes of some kinds of objects
+  std::vector<gpu::KindKernels> kernels;  ///< the one kernel, for different kinds of objects
   gpu::Kernel single_bvh;                 ///< for measurements
-  gpu::Kernel open;                       ///< what proofs leave open
+  gpu::Kernel open;                       ///< lists open rays
   gpu::Kernel hits;                       ///< first hits
   gpu::PipelineKernels pipeline;
   gpu::Stream uploads = nullptr;
-  std::atomic<bool> lost = false;  ///< nothing on the card works any more
+  std::atomic<bool> lost = false;  ///< nothing on the GPU works any more
   gpu::ScratchPool scratch;
-  std::mutex mutex;                                     ///< of the rest
-  std::vector<std::unique_ptr<gpu::Staging>> stagings;  ///< that nobody uses
+  std::mutex mutex;                                     ///< guards the members below
+  std::vector<std::unique_ptr<gpu::Staging>> stagings;  ///< idle ones
 
   GpuDevice(std::unique_ptr<gpu::Context> opened, const GpuSettings& settings);
   ~GpuDevice();
@@ -80,7 +81,7 @@ struct GpuScene {
   bool ready = false;
   gpu::WayChoice choice;
 
-  // Recorded after each query, in its stream, so that the scene is not changed under it.
+  // Recorded after each query, in its stream, so that the scene is not changed while a query runs.
   std::mutex mutex;
   std::vector<gpu::Event> events;
 };
@@ -98,35 +99,35 @@ using runtime::GpuDevice;
 using runtime::GpuScene;
 using runtime::GpuSceneView;
 
-// The thread has entered the card. They throw GpuError.
+// For the functions below the thread must have entered the GPU. They throw GpuError.
 
 /// `details`: [count], or null.
 std::unique_ptr<GpuAsset> copy_asset(GpuDevice& device, const kernels::AnyField* fields,
                                      const kernels::HitDetails* details, uint32_t count);
 /// Waits for the scene's queries, then copies.
 void copy_scene(GpuDevice& device, const GpuSceneView& view, GpuScene& scene);
-/// And forgets them; of a lost card they are only forgotten.
+/// Waits for the scene's queries and forgets them; if the GPU is lost, only forgets them.
 void wait_for_queries(GpuDevice& device, GpuScene& scene);
-/// Puts the launches that answer a query of memory of the card into the stream.
+/// Puts the launches that answer a query in GPU memory into the stream.
 void put_query(GpuDevice& device, GpuScene& scene, const kernels::gpu::SceneQuery& query, uint64_t count,
                Stream stream, runtime::GpuMeasure how = runtime::GpuMeasure::query);
-/// The same of what proofs alone say, with the other rays in lists.
+/// The same for a query that answers only proven rays, and lists the others.
 void put_open_query(GpuDevice& device, GpuScene& scene, const kernels::gpu::SceneQuery& query, uint64_t count,
                     const kernels::gpu::OpenLists& lists, Stream stream);
-/// The same of first hits.
+/// The same for first hits.
 void put_hit_query(GpuDevice& device, GpuScene& scene, const kernels::gpu::SceneQuery& query, uint64_t count,
                    const kernels::gpu::HitOutputs& hits, Stream stream);
-/// Answers it by the pipeline, and tells how long its stages took: seconds[kMeasuredStages]. A scene without
-/// networks, and what does not go through the pipeline, counts as the last one.
+/// Answers a query by the pipeline, and measures how long its stages took: seconds[kMeasuredStages]. Scenes
+/// without networks, and work outside the pipeline, count as the last stage.
 void time_stages(GpuDevice& device, GpuScene& scene, const kernels::gpu::SceneQuery& query, uint64_t count,
                  Stream stream, double* seconds);
 void answer_query(GpuDevice& device, GpuScene& scene, const NifRays& rays, const NifAnswers& answers);
-/// Of memory of the card.
+/// For queries in GPU memory.
 void list_open_rays(GpuDevice& device, GpuScene& scene, const NifRays& rays, const NifAnswers& answers,
                     const NifOpenRays& open);
 void find_hits(GpuDevice& device, GpuScene& scene, const NifRays& rays, const NifHits& hits);
-/// Of host memory: on the card alone, once and then `rounds` times; then the answers are copied. seconds:
-/// [rounds], or, of the pipeline's stages, [rounds][kMeasuredStages].
+/// For a query in host memory: answers it on the GPU once and then `rounds` times, without copies in between;
+/// then copies the answers. seconds: [rounds], or [rounds][kMeasuredStages] for the pipeline's stages.
 void time_query(GpuDevice& device, GpuScene& scene, const NifRays& rays, const NifAnswers& answers,
                 runtime::GpuMeasure measure, uint32_t rounds, double* seconds);
 

@@ -1,4 +1,4 @@
-// AMD's cards, by libamdhip64.so, of ROCm 5, 6 or 7.
+// Drives AMD GPUs through libamdhip64.so, of ROCm 5, 6 or 7.
 #include <algorithm>
 #include <cstring>
 
@@ -68,8 +68,8 @@ struct HipCalls : SharedCalls {
   }
 };
 
-/// The first members of hipPointerAttribute_t, the same in all versions; `kind` counts from 0 for host memory
-/// before ROCm 6, and from 0 for memory that HIP does not know since then.
+/// The first members of hipPointerAttribute_t, the same in all versions. A `kind` of 0 means host memory
+/// before ROCm 6, and memory unknown to HIP since then.
 struct PointerAttributes {
   int kind, device;
   void *device_pointer, *host_pointer;
@@ -108,7 +108,8 @@ class HipContext final : public LibraryContext {
   void leave() noexcept override { calls_.set_device(before_); }
 
   uint32_t processors() const override {
-    // Of hip_runtime_api.h since ROCm 5; a number that makes no sense is of something else.
+    // From hip_runtime_api.h, since ROCm 5. An implausible value means that the number stands for another
+    // attribute.
     constexpr int kProcessorsAttribute = 63, kMostProcessors = 1024;
     int count = 0;
     if (calls_.device_attribute(&count, kProcessorsAttribute, device_) != kSuccess || count < 1 ||
@@ -120,7 +121,7 @@ class HipContext final : public LibraryContext {
   bool owns(Stream stream) override {
     int device = device_;
     if (calls_.stream_device) return calls_.stream_device(stream, &device) == kSuccess && device == device_;
-    // Older versions tell by refusing an event of this card in a stream of another.
+    // Older versions lack the call, but refuse an event of this card in a stream of another.
     void* event = nullptr;
     if (calls_.make_event(&event, kNoTiming) != kSuccess) return true;
     const bool taken = calls_.record(event, stream) == kSuccess;
@@ -144,7 +145,7 @@ class HipContext final : public LibraryContext {
 
   const HipCalls& calls_;
   int device_, version_;
-  static thread_local int before_;  ///< Current is not nested
+  static thread_local int before_;  ///< one is enough, because Current is not nested
 };
 thread_local int HipContext::before_ = 0;
 
@@ -183,8 +184,8 @@ class HipDriver final : public Driver {
   }
 
  private:
-  /// The properties are laid out otherwise in each version; the target is the only text in there that starts
-  /// so. What follows a colon are features.
+  /// The layout of the properties differs between versions, so this searches for the target: it is the only
+  /// text that starts with "gfx". Features follow after a colon.
   std::string target_of(uint32_t card) const {
     static constexpr size_t kRoom = 16 * 1024;
     const auto properties = std::make_unique<char[]>(kRoom);

@@ -1,4 +1,4 @@
-// The build lists code files in images.inc, an NIF_IMAGE(name, "target", "file") each.
+// Embeds the code files that the build lists in images.inc, one NIF_IMAGE(name, "target", "file") each.
 #include "images.hpp"
 
 #define NIF_IMAGE(name, target, file)                                             \

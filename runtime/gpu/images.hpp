@@ -1,4 +1,4 @@
-// The kernels' code for each target, as this library carries it.
+// The kernels' code for each target, which this library contains as data.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,7 @@ struct Image {
 
 std::span<const Image> all_images();
 
-/// "gfx1030, sm_80": for messages.
+/// The targets for messages, e.g. "gfx1030, sm_80".
 std::string_view image_names();
 
 }  // namespace nif::gpu

@@ -1,4 +1,5 @@
-// A query as launches in a stream: by the one kernel, or by the pipeline, in as many parts as it takes.
+// Turns a query into launches in a stream: of the one kernel or of the pipeline, in as many chunks as it
+// takes.
 #include <algorithm>
 #include <bit>
 
@@ -22,7 +23,7 @@ void advance(T*& array, uint64_t bytes) {
   if (array) array += bytes;
 }
 
-/// The same with the first rays left out; a multiple of 8.
+/// Skips the first `rays` rays, a multiple of 8.
 void skip(SceneQuery& query, uint64_t rays) {
   for (int a = 0; a < 3; ++a) {
     advance(query.origin[a], rays * query.origin_stride);
@@ -38,7 +39,7 @@ void skip(SceneQuery& query, uint64_t rays) {
 
 uint32_t blocks_for(uint64_t count, uint32_t threads) { return uint32_t((count + threads - 1) / threads); }
 
-/// What is measured of the pipeline, as time_stages() numbers it.
+/// The measured stages, in the order of time_stages().
 enum Measured : uint32_t {
   kWalk,
   kOrdering,
@@ -50,7 +51,7 @@ enum Measured : uint32_t {
 };
 static_assert(kRest + 1 == runtime::kMeasuredStages);
 
-/// Times launches, where they are to be timed.
+/// Measures the time of launches.
 class StageClock {
  public:
   StageClock(Context& context, Stream stream) : context_(context), stream_(stream) {}
@@ -67,7 +68,7 @@ class StageClock {
       timer.wait();
       seconds[what] += timer.seconds();
     }
-    // Networks were timed together with their inputs.
+    // Networks were timed together with their inputs: subtract those.
     for (const Measured network : {kOuterNetworks, kInnerNetworks})
       seconds[network] = std::max(0.0, seconds[network] - seconds[network - 1]);
   }
@@ -84,10 +85,10 @@ class Launcher {
   Launcher(GpuDevice& device, GpuScene& scene, Stream stream, StageClock* clock = nullptr)
       : device_(device), scene_(scene), stream_(stream), clock_(clock) {}
 
-  /// By the kernel for measurements.
+  /// Uses the kernel for measurements from now on.
   void measure_single_bvh() { single_bvh_ = true; }
 
-  /// All of the query's rays, or those of a list.
+  /// Answers all of the query's rays, or those in a list.
   void one_kernel(const SceneQuery& query, const kernels::gpu::RayList& list = {}) {
     const KindKernels& kernels = kernels_for(device_.kernels, scene_.kinds);
     const kernels::gpu::SceneLayout& layout = scene_.arrays.layout;
@@ -101,7 +102,7 @@ class Launcher {
     });
   }
 
-  /// By the kernel that lists what proofs leave open. `first`: the number of the query's first ray.
+  /// Runs the kernel that lists open rays. `first`: the number of the first ray.
   void open(const SceneQuery& query, const kernels::gpu::OpenLists& lists, uint32_t first) {
     const kernels::gpu::SceneLayout& layout = scene_.arrays.layout;
     kernels::gpu::OpenWork work{scene_.arrays, query, lists, first};
@@ -110,7 +111,7 @@ class Launcher {
          layout.bytes});
   }
 
-  /// By the kernel that finds first hits.
+  /// Runs the kernel that finds first hits.
   void first_hits(const SceneQuery& query, const HitOutputs& hits) {
     const kernels::gpu::SceneLayout& layout = scene_.arrays.layout;
     kernels::gpu::HitWork work{scene_.arrays, query, hits};
@@ -119,7 +120,7 @@ class Launcher {
          layout.bytes});
   }
 
-  /// As many rays as the arrays have room for.
+  /// Requires that the arrays have room for all rays.
   void pipeline(SceneQuery query, PipelineArrays& arrays) {
     Context& context = *device_.context;
     const uint32_t lists = scene_.lists.count();
@@ -159,7 +160,7 @@ class Launcher {
     if (clock_) return clock_->time(what, work);
     work();
   }
-  /// Blocks for work of which at most so many find some: no more than keep the card busy.
+  /// Limits a launch to the number of blocks that keeps the GPU busy: at most `blocks` of them find work.
   uint32_t spread(uint32_t blocks, uint32_t per_processor) const {
     return std::max(1u, std::min(blocks, device_.context->processors() * per_processor));
   }
@@ -204,7 +205,7 @@ class Launcher {
     using namespace kernels::gpu;
     const bool inner = kStageShapes[stage].inner;
     const uint32_t tiles = blocks_for(work.query.count, kTileItems) + work.end_list - work.first_list;
-    // Items that are alone may have a block each.
+    // Items that single threads process may have a block each.
     const uint32_t most = stage == kAlone ? std::max(tiles, work.query.count) : tiles;
     const auto put_stage = [&] {
       put(device_.pipeline.stages[stage], work,
@@ -227,7 +228,7 @@ class Launcher {
   bool single_bvh_ = false;
 };
 
-/// In parts of at most so many rays, a multiple of 8.
+/// Calls `put` for chunks of at most `most` rays, a multiple of 8.
 template <class Put>
 void for_each_part(SceneQuery query, uint64_t count, uint64_t most, const Put& put) {
   while (count > 0) {
@@ -238,7 +239,7 @@ void for_each_part(SceneQuery query, uint64_t count, uint64_t most, const Put& p
   }
 }
 
-/// False where the card has no memory for it; nothing has been put into the stream then.
+/// Returns false if the GPU has no memory for it; nothing has then been put into the stream.
 bool put_by_pipeline(GpuDevice& device, GpuScene& scene, const SceneQuery& query, uint64_t count,
                      Stream stream, StageClock* clock) {
   const uint32_t lists = scene.lists.count();
@@ -274,7 +275,7 @@ void put_by_one_kernel(GpuDevice& device, GpuScene& scene, const SceneQuery& que
                 [&](const SceneQuery& part) { launcher.one_kernel(part); });
 }
 
-/// False where there is no network that the pipeline could ask.
+/// Returns false if there is no network that the pipeline could evaluate.
 bool has_pipeline(const GpuScene& scene) {
   return scene.lists.count() > 0 && scene.arrays.instance_count > 0;
 }

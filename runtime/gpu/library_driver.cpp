@@ -1,5 +1,5 @@
-// Loads a driver's library with dlopen, makes the calls that CUDA and HIP share, and turns their results
-// into errors. It knows after which results a card is lost until the process ends.
+// Loads a driver's library with dlopen, makes the calls that CUDA and HIP share, and turns their results into
+// errors. It knows the results after which a GPU is lost.
 #include "library_driver.hpp"
 
 #include <dlfcn.h>
@@ -10,12 +10,12 @@
 namespace nif::gpu {
 namespace {
 
-/// Results after which nothing on the card works any more, until the process ends.
+/// Results after which nothing on the GPU works any more, until the process ends.
 bool means_lost(int result) {
   switch (result) {
     case 4:    // deinitialised: the process is ending
     case 46:   // the device is not available
-    case 214:  // an error in memory that cannot be corrected
+    case 214:  // an uncorrectable memory error
     case 700:  // illegal address, and other faults of kernels
     case 702:
     case 709:

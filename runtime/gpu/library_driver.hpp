@@ -1,9 +1,9 @@
-// The drivers of NVIDIA and AMD, whose libraries are loaded on demand: nothing of theirs is included or
-// linked.
+// The code that the drivers of NVIDIA and AMD share. Their libraries are loaded on demand: nothing of theirs
+// is included or linked.
 //
-// CUDA's driver interface and HIP have the same calls by other names, with the same numbers for what went
-// wrong. So one class makes those calls, by a table of their names; what differs (contexts, and what is to be
-// learned of cards and pointers) lies in cuda_driver.cpp and hip_driver.cpp.
+// CUDA's driver interface and HIP have the same calls under other names, and the same numbers for errors. So
+// one class makes those calls, by a table of their names. What differs (contexts, and properties of cards and
+// pointers) is in cuda_driver.cpp and hip_driver.cpp.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@
 
 namespace nif::gpu {
 
-/// Numbers that CUresult and hipError_t share.
+/// The numbers that CUresult and hipError_t share.
 enum Result : int {
   kSuccess = 0,
   kInvalidValue = 1,
@@ -25,10 +25,10 @@ enum Result : int {
   kNotReady = 600,
 };
 
-/// Flags of streams and of events that both share.
+/// Flags of streams and events; both drivers have the same.
 constexpr unsigned kNonBlocking = 1, kNoTiming = 2;
 
-/// Functions that both have, with what they take and return; all return a Result.
+/// The functions that both drivers have. All return a Result.
 struct SharedCalls {
   int (*load_module)(void** module, const void* image);
   int (*unload_module)(void* module);
@@ -54,27 +54,27 @@ struct SharedCalls {
   int (*elapsed)(float* milliseconds, void* from, void* to);
 };
 
-/// A shared library of a driver; stays loaded for good.
+/// A driver's shared library; it is never unloaded.
 class Library {
  public:
-  /// The first of the names that can be loaded, or none.
+  /// Loads the first of the names that it can, or none.
   explicit Library(std::initializer_list<const char*> names);
   explicit operator bool() const { return handle_ != nullptr; }
   const std::string& name() const { return name_; }
 
-  /// Null where the library has no such function.
+  /// Returns null if the library has no such function.
   void* find(const char* name) const;
   template <class Function>
   void find(Function& function, const char* name) const {
     function = reinterpret_cast<Function>(find(name));
   }
-  /// The same, and keeps the first name that is missing.
+  /// Likewise, and remembers the first missing name.
   template <class Function>
   void get(Function& function, const char* name) {
     find(function, name);
     if (!function && missing_.empty()) missing_ = name;
   }
-  /// A function that get() did not find; "" where it found all.
+  /// The first function that get() did not find; "" if it found all.
   const std::string& missing() const { return missing_; }
 
  private:
@@ -82,7 +82,7 @@ class Library {
   std::string name_, missing_;
 };
 
-/// Calls that tell where a card is, which both have; null in drivers that lack them.
+/// Calls that identify a card, which both drivers have; null in versions that lack them.
 struct PlaceCalls {
   int (*pci_bus_id)(char* text, int length, int device) = nullptr;
   int (*uuid)(void* bytes, int device) = nullptr;
@@ -116,10 +116,10 @@ class LibraryContext : public Context {
 
  protected:
   explicit LibraryContext(const SharedCalls& calls) : calls_(calls) {}
-  /// Throws GpuError for what is no success.
+  /// Throws GpuError unless the result is success.
   void check(int result, const char* doing) const;
   virtual std::string text_of(int result) const = 0;
-  /// Returns the Result; the context is entered.
+  /// Returns the Result. The context must be entered.
   int load_image(const void* image);
   void unload_image() noexcept;
 
@@ -128,7 +128,7 @@ class LibraryContext : public Context {
   void* module_ = nullptr;
 };
 
-/// Null, and a sentence, where the library is not there, too old, or has no card.
+/// Returns null and sets `why_not` if the library is missing or too old, or has no card.
 std::unique_ptr<Driver> find_cuda(std::string& why_not);
 std::unique_ptr<Driver> find_hip(std::string& why_not);
 

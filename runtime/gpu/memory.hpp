@@ -1,4 +1,4 @@
-// Memory and events of a card that give themselves back.
+// Owns GPU memory and events, so that they are freed automatically.
 #pragma once
 
 #include <utility>
@@ -7,7 +7,7 @@
 
 namespace nif::gpu {
 
-/// Memory of the card. The thread that destroys it has entered the card.
+/// GPU memory. The thread that destroys it must have entered the GPU.
 class Memory {
  public:
   Memory() = default;
@@ -35,13 +35,13 @@ class Memory {
   size_t bytes_ = 0;
 };
 
-/// Two events, and how long the card takes for what is put into a stream between them. The thread that
-/// destroys it has entered the card.
+/// Two events, which measure how long the GPU takes for the work between them in a stream. The thread that
+/// destroys it must have entered the GPU.
 class Timer {
  public:
   Timer() = default;
   explicit Timer(Context& context) : context_(&context) {
-    Timer made;  // gives the first event back where there is no second one
+    Timer made;  // frees the first event if making the second fails
     made.context_ = &context;
     made.from_ = context.make_event(true);
     made.to_ = context.make_event(true);
@@ -62,7 +62,7 @@ class Timer {
   void stop(Stream stream) const { context_->record(to_, stream); }
   bool is_done() const { return context_->is_done(to_); }
   void wait() const { context_->wait(to_); }
-  /// When it is done.
+  /// Requires is_done().
   double seconds() const { return context_->seconds_between(from_, to_); }
 
  private:

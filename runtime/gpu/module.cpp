@@ -1,4 +1,4 @@
-// The table that the runtime gets: exceptions become codes and sentences here.
+// Implements the table of functions for the runtime, and turns exceptions into codes and sentences.
 #include <cstdio>
 #include <new>
 
@@ -34,7 +34,7 @@ NifError guarded(GpuMessage* message, const Call& call) noexcept {
   }
 }
 
-/// The same on a card, unless that is lost.
+/// The same on a card, which fails if the card is lost.
 template <class Call>
 NifError on_card(GpuDevice* device, GpuMessage* message, const Call& call) noexcept {
   if (device->lost)
@@ -47,7 +47,7 @@ NifError on_card(GpuDevice* device, GpuMessage* message, const Call& call) noexc
   return code;
 }
 
-/// A card's driver, and its number there.
+/// A card's driver, and the card's number in it.
 struct FoundCard {
   Driver* driver;
   uint32_t number;

@@ -1,5 +1,5 @@
-// Lays out the scratch memory of a query; a block is lent again once the event of its last use is done.
-// Also times the first queries by the pipeline and by the one kernel, then keeps to the faster way.
+// Lays out the scratch memory of queries, and lends a block again once the event of its last use is done.
+// Also times the first queries both by the pipeline and by the one kernel, then uses the faster way.
 #include "pipeline.hpp"
 
 #include <algorithm>
@@ -8,7 +8,8 @@
 namespace nif::gpu {
 namespace {
 
-/// Gives out arrays of a block of memory, one after the other; with no block, tells how long it must be.
+/// Divides a block of memory into arrays, one after the other. Without a block, computes how large it must
+/// be.
 class Carver {
  public:
   explicit Carver(unsigned char* base) : base_(base) {}
@@ -26,11 +27,11 @@ class Carver {
   size_t bytes_ = 0;
 };
 
-/// Below so many rays the one kernel is the guess, for as long as there are no measurements.
+/// Until there are measurements, queries of fewer rays than this use the one kernel.
 constexpr uint64_t kGuessedThreshold = 8192;
 
-/// Lists that a block has room for: a power of two, and as many as take next to nothing beside the rays. So
-/// a scene that grows seldom needs larger blocks; those that it had stay until memory is short.
+/// How many lists a block has room for: a power of two, or more if they take next to nothing compared to the
+/// rays. So a growing scene seldom needs larger blocks; its old blocks stay until memory is short.
 size_t room_for_lists(uint32_t rays, uint32_t lists) { return std::bit_ceil(std::max(lists, rays >> 14)); }
 
 }  // namespace
@@ -73,7 +74,7 @@ size_t lay_out(uint32_t rays, uint32_t lists, bool several_instances, unsigned c
   memory.about = carver.take<uint32_t>(rays);
   memory.words = carver.take<uint32_t>(size_t(rays) * kernels::gpu::kItemWords);
   arrays.items[0].ray = carver.take<uint32_t>(rays);
-  if (!several_instances && lists <= 2) return carver.bytes();  // nothing is put in order
+  if (!several_instances && lists <= 2) return carver.bytes();  // nothing to sort
   memory.list = carver.take<uint32_t>(rays);
   memory.place = carver.take<uint32_t>(rays);
   memory.order = carver.take<uint32_t>(rays + room * kernels::gpu::kTileItems);
@@ -111,7 +112,7 @@ bool ScratchPool::free_done() {
 
 bool ScratchPool::make(size_t bytes, PipelineScratch& scratch) {
   try {
-    idle_.reserve(blocks_ + 1);  // so that to give one back needs no memory
+    idle_.reserve(blocks_ + 1);  // so that give_back() allocates nothing
     PipelineScratch made{Memory(context_, bytes)};
     made.last_use = context_.make_event(false);
     ++blocks_;
@@ -176,7 +177,7 @@ void WayChoice::add(Trial trial) {
 }
 
 void WayChoice::look() {
-  // One by one: asking may throw, and the trials stay whole.
+  // Removed one by one, so that the trials are consistent if a call throws.
   for (size_t i = 0; i < trials_.size();) {
     const Trial& trial = trials_[i];
     if (!trial.timer.is_done()) {

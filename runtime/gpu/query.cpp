@@ -1,5 +1,5 @@
-// Queries: of memory of the card they are launches in the caller's stream and nothing else; of the host's
-// they go through staging memory, part by part, and are waited for.
+// Answers queries. In GPU memory, a query only puts launches into the caller's stream. In host memory, it
+// goes through staging memory, chunk by chunk, and waits for the answers.
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
@@ -19,7 +19,7 @@ using runtime::kMeasuredStages;
 using runtime::OutputArray;
 using runtime::visit_outputs;
 
-/// `name` as messages call the array, which may be null.
+/// Checks an array, which may be null. `name`: of the array, for messages.
 void check_array(Context& context, uint32_t promised, const void* array, const std::string& name) {
   if (!array) return;
   const PointerKind kind = context.kind_of(array);
@@ -76,7 +76,7 @@ SceneQuery scene_query(const NifRays& query, const NifAnswers& answers) {
   result.tmax_stride = query.tmax_stride;
   result.mask = bytes_of(query.mask);
   result.mask_stride = query.mask_stride;
-  // As kernels read them (load_ray() of kernels/gpu/scene_arrays.hpp).
+  // The layout that kernels read (load_ray() of kernels/gpu/scene_arrays.hpp).
   static_assert(sizeof(NifRay) == 32 && offsetof(NifRay, tmin) == 12 && offsetof(NifRay, direction) == 16 &&
                 offsetof(NifRay, tmax) == 28);
   result.whole_rays = runtime::are_nif_rays(query) && reinterpret_cast<uintptr_t>(query.origin[0]) % 16 == 0;
@@ -85,7 +85,7 @@ SceneQuery scene_query(const NifRays& query, const NifAnswers& answers) {
   return result;
 }
 
-/// Notes in the stream that the scene is in use until here.
+/// Records in the stream that the scene is in use up to this point.
 void record_use(GpuDevice& device, GpuScene& scene, Stream stream) {
   Context& context = *device.context;
   const std::lock_guard lock(scene.mutex);
@@ -97,14 +97,14 @@ void record_use(GpuDevice& device, GpuScene& scene, Stream stream) {
   context.record(event, stream);
 }
 
-/// Puts launches into the stream, and notes there that the scene is in use until they are done.
+/// Puts launches into the stream, and records that the scene is in use until they are done.
 template <class Launches>
 void put_noted(GpuDevice& device, GpuScene& scene, Stream stream, const Launches& launches) {
   try {
     launches();
     record_use(device, scene, stream);
   } catch (...) {
-    // Some may be under way, and nothing else would wait for them.
+    // Some launches may be running, and nothing else would wait for them.
     try {
       device.context->wait_stream(stream);
     } catch (const GpuError&) {
@@ -115,7 +115,7 @@ void put_noted(GpuDevice& device, GpuScene& scene, Stream stream, const Launches
 
 float value_at(const float* array, uint64_t stride, uint64_t i) {
   float value;
-  // As an integer: a stride may be negative, as its two's complement.
+  // Computed as an integer: a stride may be negative, in two's complement.
   const uintptr_t from = reinterpret_cast<uintptr_t>(array) + uintptr_t(i * stride);
   std::memcpy(&value, reinterpret_cast<const char*>(from), sizeof(value));
   return value;
@@ -140,7 +140,7 @@ void read_rays(const NifRays& query, uint64_t first, uint64_t count, unsigned ch
   }
 }
 
-/// Staging memory for a while.
+/// Borrows staging memory for its lifetime.
 class BorrowedStaging {
  public:
   explicit BorrowedStaging(GpuDevice& device) : device_(device) {
@@ -157,7 +157,7 @@ class BorrowedStaging {
     const std::lock_guard lock(device_.mutex);
     try {
       device_.stagings.push_back(std::move(staging_));
-    } catch (...) {  // then it is freed
+    } catch (...) {  // the staging memory is freed instead
     }
   }
   const Staging& operator*() const { return *staging_; }
@@ -167,7 +167,7 @@ class BorrowedStaging {
   std::unique_ptr<Staging> staging_;
 };
 
-/// A stream of its own.
+/// Makes a stream, and frees it at the end.
 class OwnStream {
  public:
   explicit OwnStream(Context& context) : context_(context), stream_(context.make_stream()) {}
@@ -181,8 +181,8 @@ class OwnStream {
   Stream stream_;
 };
 
-/// A query of host memory, part by part. Parts take turns in two places: while the card is at one, the rays
-/// of the next are put together and copied.
+/// Answers a query in host memory, chunk by chunk, with two buffers in turn: while the GPU works on one
+/// chunk, the rays of the next are gathered and copied.
 class HostQuery {
  public:
   HostQuery(GpuDevice& device, GpuScene& scene, const NifRays& rays, const NifAnswers& answers)
@@ -209,7 +209,7 @@ class HostQuery {
       for (size_t left = 0; left < turns; ++left, turn = (turn + 1) % turns)
         if (places[turn]) finish(*places[turn]);
     } catch (...) {
-      // Nothing may be under way when others get the memory.
+      // Nothing may be running when others get the memory.
       for (std::optional<Place>& place : places) {
         if (!place) continue;
         try {
@@ -222,11 +222,11 @@ class HostQuery {
   }
 
  private:
-  /// One that is asked for.
+  /// An output that is asked for.
   struct Output {
     OutputArray about;
     unsigned char* to;
-    size_t at;  ///< in staging memory
+    size_t at;  ///< offset in staging memory
   };
   struct Place {
     explicit Place(GpuDevice& device) : staging(device) {}
@@ -234,7 +234,7 @@ class HostQuery {
     uint64_t first = 0, count = 0;
   };
 
-  /// False where the card has no memory left and `optional` says that it does without.
+  /// Returns false if the GPU has no memory left and the place is optional.
   bool take(std::optional<Place>& place, bool optional) {
     try {
       place.emplace(device_);
@@ -249,7 +249,7 @@ class HostQuery {
     return rays_.stream ? rays_.stream : (*place.staging).stream();
   }
 
-  /// The query about a part's rays, in memory of the card.
+  /// The query for a chunk's rays, in GPU memory.
   SceneQuery on_card(const Staging& staging) const {
     SceneQuery query =
         scene_query(nifMakeRays(reinterpret_cast<const NifRay*>(staging.card()), Staging::kRays), {});
@@ -323,7 +323,7 @@ void time_query(GpuDevice& device, GpuScene& scene, const NifRays& query, const 
   const OwnStream stream(context);
   context.copy_in(rays.data(), packed.data(), packed.size(), stream.get());
   const Timer timer(context);
-  for (uint32_t round = 0; round <= rounds; ++round) {  // in the first one the card warms up
+  for (uint32_t round = 0; round <= rounds; ++round) {  // the first round warms up the GPU
     const uint32_t row = round > 0 ? round - 1 : 0;
     if (measure == GpuMeasure::stages) {
       time_stages(device, scene, on_card, count, stream.get(), seconds + row * kMeasuredStages);
@@ -358,7 +358,7 @@ void list_open_rays(GpuDevice& device, GpuScene& scene, const NifRays& rays, con
     check_array(context, rays.memory, array, std::string("open: ") + name);
   };
   check(open.count, "count");
-  if (open.capacity > 0) {  // else they are not looked at
+  if (open.capacity > 0) {  // otherwise the lists are not used
     check(open.rays, "rays");
     check(open.tmin, "tmin");
     check(open.tmax, "tmax");

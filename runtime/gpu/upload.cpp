@@ -1,5 +1,4 @@
-// Assets and scenes on their way to the card: what they consist of is laid out in one arena each,
-// with pointers to where it will lie there.
+// Copies assets and scenes to the GPU: lays each out in one arena, with pointers that are valid on the GPU.
 #include <algorithm>
 #include <array>
 #include <span>
@@ -27,14 +26,14 @@ std::unique_ptr<FieldUpload> make_upload(const kernels::AnyField& field) {
       field);
 }
 
-/// An asset's objects: before they are copied, and what becomes of them.
+/// An asset's object: its data before the copy, and its description on the GPU.
 struct PlannedObject {
   std::unique_ptr<FieldUpload> upload;
   kernels::HitDetails details;
   CardObject card;
 };
 
-/// Adds what is told of hits. A walk reads nothing of the grid that colours are looked up in.
+/// Adds the details of hits. Colours are looked up in a grid of their own, without the data for traversals.
 kernels::HitDetails add_details(kernels::HitDetails details, Arena& arena) {
   kernels::SourceTriangles& source = details.source_triangles;
   if (source.words) arena.move(source.words, kernels::source_words(source.count, source.bits));
@@ -66,7 +65,8 @@ void copy_and_wait(GpuDevice& device, const Memory& to, const Arena& arena) {
   device.context->wait_stream(device.uploads);
 }
 
-/// Lists of items by stages, for the objects that instances place. `placed` get to know theirs.
+/// Makes the lists of items, stage by stage, for the objects that instances use, and stores each object's
+/// list numbers in `placed`.
 std::vector<kernels::gpu::PipelineList> make_lists(std::span<const CardObject* const> objects,
                                                    std::span<kernels::gpu::SceneObject> placed,
                                                    const std::vector<bool>& used, PipelineLists& about) {
@@ -106,7 +106,7 @@ void lay_out(Arena& arena, const GpuSceneView& view, GpuScene& scene) {
   }
   std::vector<bool> used(objects.size());
   for (uint64_t i = 0; i < view.instance_count; ++i)
-    if (view.instances[i].object < used.size()) used[view.instances[i].object] = true;  // else it was removed
+    if (view.instances[i].object < used.size()) used[view.instances[i].object] = true;  // otherwise removed
   const std::vector<kernels::gpu::PipelineList> lists = make_lists(objects, placed, used, scene.lists);
   const bool alone = view.sole != kernels::kNoInstance;
   const auto several = uint32_t(view.node_count > 0 ? std::max(view.instance_count, uint64_t{2}) : 0);
@@ -126,7 +126,7 @@ void lay_out(Arena& arena, const GpuSceneView& view, GpuScene& scene) {
   arena.move(scene.lists.lists, lists.size());
 }
 
-/// What a scene is to a query's speed, but for where things are: instances, lists and kinds.
+/// What a query's speed depends on, except positions: the numbers of instances and lists, and the kinds.
 std::array<uint32_t, 3> shape_of(const GpuScene& scene) {
   return {scene.arrays.instance_count, scene.lists.count(), scene.kinds};
 }
@@ -174,7 +174,7 @@ void copy_scene(GpuDevice& device, const GpuSceneView& view, GpuScene& scene) {
   Arena arena(scene.memory.data());
   lay_out(arena, view, scene);
   if (bytes > 0) copy_and_wait(device, scene.memory, arena);
-  // Instances that only move leave what was measured as good as it was.
+  // Measurements stay valid if instances only move.
   if (shape_of(scene) != before) scene.choice.clear();
   scene.ready = true;
 }

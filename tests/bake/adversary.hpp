@@ -1,4 +1,4 @@
-// Segments as hard to answer for certain as we know how to make them.
+// Makes segments that are as hard to answer with certainty as we can find.
 #pragma once
 
 #include <limits>

@@ -1,5 +1,5 @@
-// What is certain where arithmetic is at its limits: the same in every encoding, by every instruction set,
-// for one ray and for many.
+// At the limits of the arithmetic, certain answers are the same in every encoding, with every instruction
+// set, for one ray and for many.
 #include <gtest/gtest.h>
 
 #include <algorithm>

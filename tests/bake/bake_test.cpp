@@ -1,5 +1,5 @@
-// From a scene to an asset: what is kept, what is shared, what is refused; and the file answers as the
-// baker's copy.
+// Bakes scenes to assets: what is kept, shared and refused; and the file gives the answers of the baker's
+// copy.
 #include "bake/bake.hpp"
 
 #include <gtest/gtest.h>

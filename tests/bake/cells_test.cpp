@@ -1,5 +1,5 @@
-// Planes hold what is in their cells, walls are found where surfaces are whole, and words are as files have
-// them.
+// Planes enclose the triangles in their cells, walls are found where surfaces have no holes, and words are as
+// stored in files.
 #include "bake/planes/cells.hpp"
 
 #include <gtest/gtest.h>

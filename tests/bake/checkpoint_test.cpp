@@ -1,5 +1,5 @@
-// A bake that was killed goes on from its checkpoint to the bytes of one that was not; what is no checkpoint
-// of this bake is refused.
+// A killed bake resumes from its checkpoint and gives the same bytes as an uninterrupted one; anything that
+// is not a checkpoint of this bake is refused.
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 

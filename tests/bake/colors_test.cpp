@@ -77,7 +77,7 @@ Gltf two_squares(const std::string& picture) {
 class Colors {
  public:
   explicit Colors(const bake::BakeResult& result) : device_("threads=1"), scene_(device_) {
-    scene_.add(nifkit::Asset::load(device_, format::encode(result.asset)));
+    scene_.add_asset(nifkit::Asset::load(device_, format::encode(result.asset)));
     scene_.commit();
   }
   Color at(float x, float y) const {

@@ -1,5 +1,5 @@
-// What each object becomes, and why; that BVHs answer as Embree; and that nothing of it depends
-// on threads.
+// Which encoding each object gets, and why; BVHs give Embree's answers; and nothing depends on the number of
+// threads.
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>

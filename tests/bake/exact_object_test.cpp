@@ -1,6 +1,5 @@
-// An `exact` object answers as a BVH of the same triangles: each bit of each ray, by every kernel. And so do
-// its planes by themselves, as a `proof` object, with the BVH asked about the parts of rays that they leave
-// open.
+// An `exact` object gives the answers of a BVH of the same triangles: in every bit, by every kernel. So do
+// its planes alone, as a `proof` object, if the BVH answers the intervals that they leave open.
 #include <gtest/gtest.h>
 #include <tbb/parallel_for.h>
 

@@ -1,5 +1,5 @@
-// CGAL's AABB tree with a kernel whose predicates are exact: no rounding in the intersection test. Only
-// the ends of the segments are rounded.
+// Uses CGAL's AABB tree with exact predicates: the intersection test does not round. Only the ends of the
+// segments are rounded.
 #include "tests/bake/exact_oracle.hpp"
 
 #include <CGAL/AABB_traits.h>

@@ -1,4 +1,4 @@
-// The truth that Embree is held against: CGAL's exact predicates.
+// The ground truth that Embree is compared with: CGAL's exact predicates.
 #pragma once
 
 #include <memory>

@@ -1,7 +1,7 @@
-// Meshes at the ends of what can be: right answers, or a refusal in one sentence.
+// Extreme meshes get right answers, or a refusal in one sentence.
 //
-// What is right is computed here, in long double, for each ray and triangle; rays that pass so near an edge
-// that this cannot tell are left out.
+// The expected answers are computed here, in long double, for each ray and triangle; rays too close to an
+// edge to decide are left out.
 #include <gtest/gtest.h>
 
 #include <cmath>

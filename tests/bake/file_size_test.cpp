@@ -1,4 +1,5 @@
-// The size of a file as its parts come and go: by which a bake keeps to its limit of bytes.
+// Predicts the size of a file as parts are added and removed, which is how a bake keeps to its limit of
+// bytes.
 #include <gtest/gtest.h>
 
 #include <set>

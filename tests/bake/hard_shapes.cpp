@@ -1,5 +1,5 @@
-// One function for each kind of trouble: cracks, doubled sheets, faces close to cell planes, pockets,
-// slivers, soup. Random numbers come from fixed seeds, so a test that fails can be run again.
+// One function per difficulty: cracks, doubled sheets, faces close to cell planes, pockets, slivers, soup.
+// Random numbers come from fixed seeds, so a failure can be reproduced.
 #include "tests/bake/hard_shapes.hpp"
 
 #include "bake/planes/voxelize.hpp"

@@ -1,4 +1,4 @@
-// Meshes on which a proof could be wrong: whole ones, and what scanners, artists and programs break.
+// Meshes on which a proof could go wrong: intact ones, and ones broken as by scanners, artists and programs.
 #pragma once
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Accuracy of first hits: counted and measured right, and told by a bake.
+// The accuracy of first hits is measured correctly, and reported by a bake.
 #include "bake/oracle/hits.hpp"
 
 #include <gtest/gtest.h>

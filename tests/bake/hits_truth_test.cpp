@@ -1,6 +1,6 @@
-// First hits of objects with triangles against Embree's. Embree computes in single precision, so from far
-// away or at a flat angle it is less exact than what is tested here. Where the two differ, CGAL's exact
-// predicates decide: nothing may be met before the hit, and something must be met there.
+// Compares first hits of objects with triangles with Embree's. Embree computes in single precision, so from
+// far away or at a flat angle it is less exact than the tested code. If the two differ, CGAL's exact
+// predicates decide: nothing may be hit before the hit, and something must be hit there.
 //
 // The hits of `exact` objects are those of `bvh` objects, bit by bit (exact_object_test.cpp).
 #include <gtest/gtest.h>

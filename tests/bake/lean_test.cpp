@@ -1,4 +1,4 @@
-// Answers that lean: the threshold that is looked for, and what it makes of a field's answers.
+// Decision thresholds: how a bake finds one, and how it changes a field's answers.
 #include "bake/network/lean.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Voxels are marked wherever a triangle is, and called inside or outside only where that is so.
+// Voxels are marked wherever there is a triangle, and called inside or outside only if they are.
 #include "bake/planes/occupancy.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Embree's labels against CGAL's AABB tree, which decides with exact predicates. Where the two differ, the
+// Compares Embree's labels with CGAL's AABB tree, which decides with exact predicates. If the two differ, the
 // ray must pass an edge, or end at the surface, within a millionth of the box's size.
 #include <gtest/gtest.h>
 

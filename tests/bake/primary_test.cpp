@@ -1,5 +1,5 @@
 // Fields for primary rays: they learn hit, depth and normal from views, give the same bytes for any number of
-// threads, and are in the file what they were in the baker.
+// threads, and are the same in the file as in the baker.
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 

@@ -1,4 +1,4 @@
-// A bake of a few meshes without a word, and what became of it.
+// Bakes a few meshes without output, and returns the result.
 #pragma once
 
 #include <atomic>

@@ -1,4 +1,4 @@
-// The truth about a scene of instances is that about one mesh of all their triangles.
+// The ground truth of a scene of instances equals that of one mesh with all their triangles.
 #include "bake/oracle/scene_truth.hpp"
 
 #include <gtest/gtest.h>

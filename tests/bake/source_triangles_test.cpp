@@ -137,7 +137,7 @@ void compare(const mesh::Scene& scene, const bake::BakeResult& result, uint32_t 
   const nifkit::Device device("threads=1");
   const nifkit::Asset asset = nifkit::Asset::load(device, file);
   nifkit::Scene placed(device);
-  placed.add(asset);
+  placed.add_asset(asset);
   placed.commit();
   const bake::PreparedScene prepared = bake::prepare(scene);
   std::vector<std::map<uint32_t, uint32_t>> places;  // by object: of a number, its place in the object
@@ -300,7 +300,7 @@ TEST(SourceTriangles, OfGltfRunOverThePrimitivesOfAMesh) {
   const bake::BakeResult result = bake_quietly(scene, with_sources("bvh"));
   const nifkit::Device device("threads=1");
   nifkit::Scene placed(device);
-  placed.add(nifkit::Asset::load(device, format::encode(result.asset)));
+  placed.add_asset(nifkit::Asset::load(device, format::encode(result.asset)));
   placed.commit();
   const auto triangle_at = [&](float x, float y) {
     const NifRay ray{{x, y, 5}, 0, {0, 0, -1}, 10};

@@ -1,4 +1,4 @@
-// --strict refuses every kind of note that says that something of a file was not read or not kept.
+// --strict turns every kind of note about something in a file that was not read or not kept into a refusal.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

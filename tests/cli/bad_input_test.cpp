@@ -1,4 +1,4 @@
-// Whatever is wrong with a file: one sentence that names it, an exit code of its own, and nothing written.
+// Every kind of bad file gives one sentence that names it and its own exit code, and nothing is written.
 #include <gtest/gtest.h>
 #include <unistd.h>
 

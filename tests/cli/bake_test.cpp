@@ -1,4 +1,5 @@
-// Baking small meshes through the program: what lands in the file, on the two streams, and what does not.
+// Bakes small meshes through the program: what is written to the file and to the two streams, and what is
+// not.
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/stat.h>

@@ -1,4 +1,4 @@
-// `nif bake --manifest`: what is baked, what is left alone, and what stays whole when things go wrong.
+// `nif bake --manifest`: what is baked, what is skipped, and what stays intact after failures.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>

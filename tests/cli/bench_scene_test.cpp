@@ -1,4 +1,4 @@
-// `nif bench SCENE` on tiny scenes: what it states, and what it refuses.
+// `nif bench SCENE` on tiny scenes: what it reports, and what it refuses.
 #include <gtest/gtest.h>
 #include <signal.h>
 

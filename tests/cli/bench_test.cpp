@@ -1,5 +1,5 @@
-// `nif bench` on small assets that the program has baked itself: what it states, and what it refuses. How
-// fast anything is on the machine of the tests is nobody's business here.
+// `nif bench` on small assets that the program has baked itself: what it reports, and what it refuses. The
+// speeds themselves are not tested.
 #include <gtest/gtest.h>
 #include <signal.h>
 

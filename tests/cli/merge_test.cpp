@@ -1,4 +1,5 @@
-// `nif bake --merge` and those who read its assets: they merge the mesh file alike, or say why not.
+// `nif bake --merge` and the programs that read its assets: they merge the mesh file in the same way, or say
+// why not.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>

@@ -1,4 +1,4 @@
-// `nif mesh info`: what it says, for people and as JSON, and what it refuses.
+// `nif mesh info`: what it reports, as text and as JSON, and what it refuses.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>

@@ -1,5 +1,4 @@
-// The verbs of `nif mesh` that change or compare meshes: what they print, what they refuse, what they leave
-// behind.
+// The subcommands of `nif mesh` that change or compare meshes: what they print, refuse and leave behind.
 #include <gtest/gtest.h>
 #include <signal.h>
 

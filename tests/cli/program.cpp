@@ -1,5 +1,5 @@
-// Starts `nif` with posix_spawn, its outputs in files, and looks every 5 ms whether it has ended. No
-// pipes, which could fill up and block; a run that takes too long is killed, and the test fails.
+// Starts `nif` with posix_spawn, with its outputs in files, and checks every 5 ms whether it has ended. Pipes
+// could fill up and block. A run that takes too long is killed, and the test fails.
 #include "tests/cli/program.hpp"
 
 #include <fcntl.h>

@@ -1,5 +1,4 @@
-// Running the `nif` executable as a user does: arguments in; exit code, standard output and standard error
-// out.
+// Runs the `nif` executable as a user does: arguments in; exit code, standard output and standard error out.
 #pragma once
 
 #include <sys/types.h>

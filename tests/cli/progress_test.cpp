@@ -1,4 +1,4 @@
-// Progress: how many lines a log gets, and what they foresee. Clocks are numbers here.
+// Progress: how many lines a log gets, and what they predict. The clock is simulated.
 #include <gtest/gtest.h>
 
 #include <cmath>

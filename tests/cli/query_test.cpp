@@ -1,4 +1,4 @@
-// `nif query`: rays in each form, answers in each form, and what is wrong with either.
+// `nif query`: rays and answers in each form, and errors in either.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// Each real mesh bakes, or says why not: scans, CAD and simulation meshes with all that is wrong with such.
-// They are not part of the repository: NIF_TEST_MESHES names the folder that holds them.
+// Each real mesh bakes, or is refused with a reason: scans, CAD and simulation meshes with all their usual
+// defects. They are not part of the repository: NIF_TEST_MESHES names their folder.
 #include <gtest/gtest.h>
 
 #include <cstdio>

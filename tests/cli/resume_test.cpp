@@ -1,5 +1,5 @@
-// `nif bake --resume`: a bake that was killed goes on from its checkpoint to the same bytes; checkpoints of
-// others are refused, and none is left in the end.
+// `nif bake --resume`: a killed bake resumes from its checkpoint and gives the same bytes; checkpoints of
+// other bakes are refused, and none is left in the end.
 #include <gtest/gtest.h>
 #include <signal.h>
 

@@ -1,5 +1,5 @@
-// What of a glTF blocks, as the program bakes it: files that place nothing, parts that are chosen by name,
-// and notes; nif validate warns about none of it, and whoever compares reads the file alike.
+// Which parts of a glTF block rays, as the program bakes it: files that place nothing, parts chosen by name,
+// and notes. nif validate does not warn about them, and commands that compare read the file in the same way.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>

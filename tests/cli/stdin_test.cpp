@@ -1,4 +1,4 @@
-// Meshes that are piped into nif: "-" in the place of a file.
+// Meshes that are piped into nif: "-" instead of a file name.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>

@@ -1,4 +1,4 @@
-// `nif study`: what it compares, how it goes on, and what it refuses.
+// `nif study`: what it compares, how it resumes, and what it refuses.
 #include <gtest/gtest.h>
 
 #include <csignal>

@@ -1,5 +1,5 @@
-// `nif validate` as its users meet it: what it prints, its exit codes, and text of others that it escapes.
-// What it finds is tested in tests/validate.
+// `nif validate` as users see it: what it prints, its exit codes, and how it escapes untrusted text. Its
+// findings are tested in tests/validate.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>

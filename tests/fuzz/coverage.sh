@@ -18,7 +18,7 @@ floors=(
   'asset 90 kernels/packed/'
   'validate 86 formats/validate/'
   'gpu 88 kernels/packed/'
-  'gpu 90 kernels/gpu/[a-z]+/upload[.]cpp|runtime/gpu/upload[.]cpp'
+  'gpu 90 kernels/gpu/encodings/[a-z]+[.]cpp|runtime/gpu/upload[.]cpp'
   'api 72 runtime/src/(api|scene)/'
   'mesh 70 formats/mesh/([a-z]+_reader|ply_header|read|decompress|image|text_cursor)[.]cpp'
   'mesh 68 formats/mesh/gltf/(accessor|animation|fixtures|hierarchy|json|look|meshopt|reader|skin|uri)[.]cpp'

@@ -1,23 +1,130 @@
-// make_golden SEED NAME [BVHS [SPHERICALS [CODED [EXACTS [PROOFS [SOURCES [COLORS]]]]]]]: writes
-// NAME.nif, with so many `bvh`, `spherical`, `exact` and `proof` objects after the others, coded what the
-// bits of CODED say (test::kCodedAll), so many of all with source triangles, and so many with colours; and
-// NAME.answers. For what the format newly holds only: files that are in this folder are never made anew.
+// make_golden SEED NAME [BVHS [SPHERICALS [CODED [EXACTS [PROOFS [SOURCES [COLORS [TRANSLATIONS]]]]]]]]:
+// writes NAME.nif, with so many `bvh`, `spherical`, `exact` and `proof` objects after the others, coded what
+// the bits of CODED say (test::kCodedAll), so many of all with source triangles, so many with colours, and if
+// TRANSLATIONS is not 0 with instances where floats are too coarse; and NAME.answers and NAME.hits. For what
+// the format newly holds only: files that are in this folder are never made anew.
+//
+// make_golden --hits SEED FILE.nif...: writes the hits of assets that are there already.
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <limits>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "formats/base/output_file.hpp"
 #include "formats/base/status.hpp"
+#include "formats/nif/file_memory.hpp"
 #include "formats/nif/writer.hpp"
+#include "kernels/reference/parts.hpp"
 #include "tests/golden/golden.hpp"
 #include "tests/support/query_object.hpp"
 
 namespace {
 
+using namespace nif;
+
+/// Of each object, and of the whole asset.
+constexpr int kHitsOfObject = 50, kHitsOfAsset = 100;
+
+/// What a caller may ask by mistake, or from far away.
+void make_odd(test::Random& random, kernels::Segment& ray) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity(),
+                  kNaN = std::numeric_limits<float>::quiet_NaN();
+  const uint32_t axis = random.below(3);
+  switch (random.below(10)) {
+    case 0:
+      std::swap(ray.tmin, ray.tmax);
+      break;
+    case 1:
+      ray.tmax = kNaN;
+      break;
+    case 2:
+      ray.origin[axis] = random.below(2) ? kNaN : kInfinity;
+      break;
+    case 3:
+      ray.direction[axis] = random.below(2) ? kNaN : kInfinity;
+      break;
+    case 4:
+      std::fill_n(ray.direction, 3, 0.0f);
+      break;
+    case 5:
+      ray.direction[axis] *= 0x1p-45f;
+      break;
+    case 6:
+      std::for_each_n(ray.direction, 3, [](float& d) { d *= 0x1p-70f; });
+      break;
+    default: {  // the same line, from so far away
+      const float back = std::ldexp(1.0f, random.between(4, 30));
+      for (size_t a = 0; a < 3; ++a) ray.origin[a] -= ray.direction[a] * back;
+      ray.tmin = 0;
+      ray.tmax = kInfinity;
+    }
+  }
+}
+
+/// Through a corner, which may be that of several triangles, as exactly as numbers with few digits allow.
+kernels::Segment corner_ray(test::Random& random, const kernels::TrianglesField& field) {
+  kernels::Segment ray{{}, {}, 0, std::numeric_limits<float>::infinity()};
+  const float* corner = field.vertices[random.below(field.vertex_count)];
+  for (size_t a = 0; a < 3; ++a) {
+    ray.direction[a] = static_cast<float>(random.between(-8, 8)) / 64;
+    ray.origin[a] = corner[a] - 4 * ray.direction[a];
+  }
+  return ray;
+}
+
+kernels::Segment hit_ray(test::Random& random, const format::ObjectView& object) {
+  kernels::Segment ray = test::random_segment(random, object);
+  const kernels::AnyField field = format::field_of(object);
+  const kernels::TrianglesField* tree =
+      std::visit([](const auto& one) { return kernels::tree_of(one); }, field);
+  if (tree && random.below(3) == 0) ray = corner_ray(random, *tree);
+  if (random.below(8) == 0) make_odd(random, ray);
+  return ray;
+}
+
+kernels::Segment to_world(const float* m, const kernels::Segment& ray) {
+  kernels::Segment world = ray;
+  for (size_t r = 0; r < 3; ++r, m += 4) {
+    world.origin[r] = m[0] * ray.origin[0] + m[1] * ray.origin[1] + m[2] * ray.origin[2] + m[3];
+    world.direction[r] = m[0] * ray.direction[0] + m[1] * ray.direction[1] + m[2] * ray.direction[2];
+  }
+  return world;
+}
+
+void write_hits(uint64_t seed, const std::string& name, std::span<const std::byte> bytes) {
+  const auto view = format::read_asset(bytes, name);
+  const nifkit::Device device("isa=scalar");
+  const auto asset = nifkit::Asset::load(device, bytes);
+  test::Random random(seed + 0x68697473);
+  std::vector<test::GoldenHit> hits;
+  const auto ask = [&](uint32_t scene, const std::vector<kernels::Segment>& rays) {
+    const auto more = test::golden_hits(test::golden_scene(device, asset, scene), scene, rays);
+    hits.insert(hits.end(), more.begin(), more.end());
+  };
+  for (uint32_t object = 0; object < view.objects.size(); ++object) {
+    std::vector<kernels::Segment> rays;
+    for (int i = 0; i < kHitsOfObject; ++i) rays.push_back(hit_ray(random, view.objects[object]));
+    ask(object, rays);
+  }
+  std::vector<kernels::Segment> rays;
+  for (int i = 0; i < kHitsOfAsset; ++i) {
+    const uint32_t instances = asset.info().instance_count;
+    if (instances == 0) {  // each object once
+      rays.push_back(hit_ray(random, view.objects[random.below(uint32_t(view.objects.size()))]));
+      continue;
+    }
+    const NifAssetInstanceInfo placed = asset.instance(random.below(instances));
+    rays.push_back(to_world(placed.transform, hit_ray(random, view.objects[placed.object])));
+  }
+  ask(test::kWholeAsset, rays);
+  write_output(name + ".hits", std::as_bytes(std::span(hits)));
+}
+
 void make(uint64_t seed, const std::string& name, uint32_t bvhs, uint32_t sphericals, uint32_t coded,
-          uint32_t exacts, uint32_t proofs, uint32_t sources, uint32_t colors) {
-  using namespace nif;
+          uint32_t exacts, uint32_t proofs, uint32_t sources, uint32_t colors, bool translations) {
   test::RandomAssetOptions options;
   options.objects = 1 + uint32_t(seed % 3);
   options.instances = 2 * uint32_t(seed % 3);
@@ -29,6 +136,7 @@ void make(uint64_t seed, const std::string& name, uint32_t bvhs, uint32_t spheri
   options.proofs = proofs;
   options.sources = sources;
   options.colors = colors;
+  options.translations = translations;
   format::Asset asset = test::random_asset(seed, options);
   if (options.instances == 0) asset.metadata.clear();
   const auto bytes = format::encode(asset);
@@ -43,23 +151,37 @@ void make(uint64_t seed, const std::string& name, uint32_t bvhs, uint32_t spheri
     }
   write_output(name + ".nif", bytes);
   write_output(name + ".answers", std::as_bytes(std::span(answers)));
+  write_hits(seed, name, bytes);
+}
+
+void add_hits(uint64_t seed, const std::string& path) {
+  const auto memory = format::FileMemory::load(path, format::FileMemory::Mode::read);
+  write_hits(seed, path.substr(0, path.rfind(".nif")), memory.bytes());
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc < 3 || argc > 10) {
-    std::fprintf(
-        stderr,
-        "usage: make_golden SEED NAME [BVHS [SPHERICALS [CODED [EXACTS [PROOFS [SOURCES [COLORS]]]]]]]\n");
-    return int(nif::Status::usage);
+  const bool hits = argc > 3 && argv[1] == std::string_view("--hits");
+  if (!hits && (argc < 3 || argc > 11)) {
+    std::fprintf(stderr,
+                 "usage: make_golden SEED NAME [BVHS [SPHERICALS [CODED [EXACTS [PROOFS [SOURCES [COLORS "
+                 "[TRANSLATIONS]]]]]]]]\n"
+                 "       make_golden --hits SEED FILE.nif...\n");
+    return int(Status::usage);
   }
   try {
     const auto count = [&](int i) { return i < argc ? uint32_t(std::strtoul(argv[i], nullptr, 10)) : 0; };
-    make(std::strtoull(argv[1], nullptr, 10), argv[2], count(3), count(4), count(5), count(6), count(7),
-         count(8), count(9));
-  } catch (const nif::Error& error) {
+    if (hits)
+      for (int i = 3; i < argc; ++i) add_hits(std::strtoull(argv[2], nullptr, 10) + uint64_t(i), argv[i]);
+    else
+      make(std::strtoull(argv[1], nullptr, 10), argv[2], count(3), count(4), count(5), count(6), count(7),
+           count(8), count(9), count(10) != 0);
+  } catch (const Error& error) {
     std::fprintf(stderr, "%s\n", error.what());
     return int(error.status());
+  } catch (const nifkit::Error& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return int(Status::internal);
   }
 }

@@ -1,5 +1,5 @@
-// The pipeline's barriers: with all of them answers are right in any order of threads, and without one of
-// them the emulator's orders show that it is missing.
+// The pipeline's barriers: with all of them answers are right in any order of threads; without one of them,
+// the emulator's orders show that it is missing.
 #include <numeric>
 
 #include "kernels/gpu/pipeline_kernels.hpp"
@@ -15,7 +15,7 @@ using gpu::LeftOut;
 constexpr uint64_t kOrders = 12;
 constexpr LeftOut kDefects[] = {LeftOut::odd_syncs, LeftOut::even_syncs};
 
-/// Items of some lists, of which each block gets several.
+/// Items of some lists; each block gets several lists.
 struct Lists {
   static constexpr uint32_t kLists = 40;
   std::vector<uint32_t> counts = std::vector<uint32_t>(1 + kLists),
@@ -107,7 +107,7 @@ TEST(GpuBarriers, OfOffsetsAreAllNeeded) {
   for (const LeftOut defect : kDefects) EXPECT_GT(wrong(defect), 0u);
 }
 
-/// Whole scenes, of so many objects with networks of their own that blocks go from list to list.
+/// Whole scenes, with so many objects with their own networks that blocks go from list to list.
 class GpuBarriersOfNetworks : public GpuModuleTest {
  protected:
   void TearDown() override {
@@ -126,7 +126,7 @@ class GpuBarriersOfNetworks : public GpuModuleTest {
     scene.commit();
     return query_all(scene.get(), rays);
   }
-  /// How many answers are others than in the first order, without defects.
+  /// How many answers differ from those in the first order, without defects.
   void expect_needed(const char* kernel, uint32_t card, const char* more, const format::Asset& asset,
                      size_t count) {
     Random random(3);

@@ -1,10 +1,11 @@
-// The `bvh` kernel answers as the reference does, to the bit.
+// The `bvh` kernel gives the reference's answers, to the bit.
 #include "tests/gpu/loaded.hpp"
 
 namespace nif::test {
 namespace {
 
-/// It has one kernel; in a scene with other objects the pipeline's walk asks it, too (module_answers_test).
+/// It has one kernel; in a scene with other objects the pipeline's traversal calls its code, too
+/// (module_answers_test).
 class GpuBvhTest : public GpuWayTest {};
 INSTANTIATE_TEST_SUITE_P(Each, GpuBvhTest,
                          testing::Values(CardWay{MatrixKind::dot32}, CardWay{MatrixKind::dot64}),
@@ -26,7 +27,7 @@ TEST_P(GpuBvhTest, AnswersRaysThatAreNone) {
   expect_reference(asset.view.objects[0], segments, GetParam());
 }
 
-/// A tree as deep as there may be, in which a node waits at each level: the stack has room.
+/// A tree of the greatest depth, in which a node waits at each level, fits into the stack.
 TEST_P(GpuBvhTest, AnswersInTheDeepestTree) {
   constexpr uint32_t kDepth = kernels::kMaxBvhDepth;
   // Each node on the way down has the next one and one that holds the second triangle, which is far away; the

@@ -1,4 +1,4 @@
-// nifIntersect about memory of an emulated card.
+// Calls nifIntersect in an emulated GPU's memory.
 #pragma once
 
 #include "tests/gpu/module_fixture.hpp"
@@ -25,7 +25,7 @@ class CardHitQuery {
     place(hits.user, 1);
   }
 
-  /// After the stream has passed it.
+  /// Call it after the stream has executed the query.
   FirstHits get() const {
     FirstHits found(query.count);
     const auto copy = [](auto& to, const auto* from) {
@@ -35,13 +35,8 @@ class CardHitQuery {
     copy(found.t, hits.t), copy(found.low, hits.t_low), copy(found.high, hits.t_high);
     copy(found.normal, hits.normal), copy(found.u, hits.u), copy(found.v, hits.v);
     copy(found.instance, hits.instance), copy(found.object, hits.object);
-    copy(found.triangle, hits.triangle), copy(found.color, hits.color);
+    copy(found.triangle, hits.triangle), copy(found.color, hits.color), copy(found.user, hits.user);
     return found;
-  }
-  std::vector<uint64_t> users() const {
-    std::vector<uint64_t> values(query.count);
-    std::memcpy(values.data(), hits.user, 8 * values.size());
-    return values;
   }
 
  private:

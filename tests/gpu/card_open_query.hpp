@@ -1,4 +1,4 @@
-// nifQueryOpen about memory of an emulated card.
+// Calls nifQueryOpen in an emulated GPU's memory.
 #pragma once
 
 #include "tests/gpu/module_fixture.hpp"
@@ -6,7 +6,7 @@
 
 namespace nif::test {
 
-/// Lists and outputs at odd addresses, but for the count.
+/// Lists and outputs at odd addresses, except the count.
 class CardOpenQuery {
  public:
   CardOpenQuery(EmulatedMachine& machine, uint32_t card, const std::vector<NifRay>& rays, size_t capacity)
@@ -30,7 +30,7 @@ class CardOpenQuery {
     open.instance = reinterpret_cast<uint32_t*>(instances_.as<char>() + 1);
   }
 
-  /// After the stream has passed it.
+  /// Call it after the stream has executed the query.
   OpenAnswers get() const {
     OpenAnswers answers(query.count);
     static_cast<Answers&>(answers) = answers_.get();

@@ -1,5 +1,5 @@
-// What GPU compilers made of the kernels: for every target, what its report says of registers, memory and
-// spills, and which instructions stand in its assembly. Skipped where there is no compiler for the target.
+// Checks the code that GPU compilers make of the kernels: for every target, the registers, memory and spills
+// in its report, and the instructions in its assembly. Skipped if there is no compiler for the target.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -150,13 +150,14 @@ struct Bounds {
 /// gfx90a, of which there is room for as many waves, and up to 180 bytes more in memory where a thread has 64
 /// or 128 registers.
 ///
-/// Masks, and instances under numbers that are not 0, keep two pointers and a number more, which is 4 registers
-/// where triangles are tested on gfx90a, of which there is room for as many waves, 4 in nif_scene_open on
-/// NVIDIA, which is one block of 7, and up to 32 scalar registers more in lanes. nif_pipeline_walk_segment, for
-/// which nvcc then took 88 registers, is held at 6 blocks, and takes 78 as before, without memory.
+/// Masks, and instances under numbers that are not 0, keep two pointers and a number more, which is 4
+/// registers where triangles are tested on gfx90a, of which there is room for as many waves, 4 in
+/// nif_scene_open on NVIDIA, which is one block of 7, and up to 32 scalar registers more in lanes.
+/// nif_pipeline_walk_segment, for which nvcc then took 88 registers, is held at 6 blocks, and takes 78 as
+/// before, without memory.
 ///
-/// nif_scene_hits is made for 8 blocks on NVIDIA, of 128 registers; what is in memory then costs less than the
-/// blocks gain (docs/results/gpu/tried.md).
+/// nif_scene_hits is made for 8 blocks on NVIDIA, of 128 registers; what is in memory then costs less than
+/// the blocks gain (docs/results/gpu/tried.md).
 ///
 /// The stack is for what functions that are not inlined hand each other, and on gfx1030 for copies of
 /// arguments that nothing reads.

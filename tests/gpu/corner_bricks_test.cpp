@@ -1,5 +1,5 @@
-// What kernels sum of a point's corners, found by bricks, is what the reference sums of them one by one: in
-// surface voxels, and beside them, where rounding may take a point.
+// Kernels find a point's corners by bricks, and get the same sums as the reference, which finds them one by
+// one: in surface voxels, and next to them, where rounding may move a point.
 #include "kernels/gpu/network/device_field.hpp"
 #include "kernels/packed/feature_grid.hpp"
 #include "tests/gpu/loaded.hpp"

@@ -1,4 +1,4 @@
-// The block emulator itself: what threads of a GPU can rely on, and what they cannot.
+// Tests the block emulator itself: what threads of a GPU can rely on, and what they cannot.
 #include "tests/gpu/emulator/emulator.hpp"
 
 #include <gtest/gtest.h>
@@ -102,7 +102,7 @@ TEST_P(EmulatorTest, WavesRunApartBetweenBarriers) {
   });
 }
 
-/// A wave that does not wait for the others sees memory that they have not written yet.
+/// A wave that does not wait for the others reads memory that they have not written yet.
 TEST(Emulator, AMissingBarrierShows) {
   uint32_t seen = 0;
   for (uint64_t order = 1; order <= 16; ++order)

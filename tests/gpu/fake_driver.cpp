@@ -1,12 +1,11 @@
-// A libcuda.so.1 and, with FAKE_HIP, a libamdhip64.so.7, for tests: as much of these libraries as the GPU
-// module calls, as their headers declare it. The card's kernels are run by the emulator, at once. With them
-// the module that is installed is run from end to end: which code it picks, and what it says to the driver.
-// Calls that are not as the real libraries want them (no context, memory that is not the card's) fail, or end
-// the process.
+// A fake libcuda.so.1 or, with FAKE_HIP, libamdhip64.so.7, for tests: the calls that the GPU module makes, as
+// the libraries' headers declare them. The emulator runs the kernels, immediately. So tests run the installed
+// module from end to end: which code it picks, and which calls of the driver it makes. Calls that the real
+// libraries would refuse (without a context, or with memory that is not the card's) fail, or end the process.
 //
-// FAKE_VERSION: of the driver, as it tells it. FAKE_TARGET: of the card, e.g. "sm_90" or "gfx90a"; there is
-// one for the library that this is a target of. FAKE_WANTS: "elf" or "ptx", the form of code that must be
-// loaded.
+// FAKE_VERSION: the version that the driver reports. FAKE_TARGET: the card's target, e.g. "sm_90" or
+// "gfx90a"; there is a card only in the library for that target. FAKE_WANTS: "elf" or "ptx", the form of code
+// that must be loaded.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -45,7 +44,7 @@ std::mutex mutex;
 std::map<char*, size_t> memory;
 int the_stream;
 
-/// Whether the calling thread has turned to the card.
+/// Is the card current for the calling thread?
 bool is_current();
 
 bool is_of_card(const void* at, size_t bytes = 1) {
@@ -96,7 +95,7 @@ NIF_FAKE int NIF_NAME(cuDriverGetVersion, hipRuntimeGetVersion)(int* number) {
 
 #ifdef FAKE_HIP
 
-// Two cards, of which the second is what threads are at before anybody asks.
+// Two cards; at first the second one is current for each thread.
 namespace {
 thread_local int current = 1;
 bool is_current() { return current == 0; }
@@ -141,7 +140,7 @@ struct PointerAttributes {
   unsigned flags;
 };
 }  // namespace
-/// As since ROCm 6: 0 is memory that HIP does not know, 2 the card's.
+/// As since ROCm 6: 0 is memory unknown to HIP, 2 is GPU memory.
 NIF_FAKE int hipPointerGetAttributes(PointerAttributes* attributes, const void* pointer) {
   return *attributes = PointerAttributes{is_of_card(pointer) ? 2 : 0, 0, nullptr, nullptr, 0, 0}, kOk;
 }
@@ -168,7 +167,7 @@ NIF_FAKE int cuDeviceGetPCIBusId(char* text, int length, int device) {
 NIF_FAKE int cuDeviceGetUuid_v2(void* uuid, int device) {
   return device == kDevice ? (std::memcpy(uuid, "fake NVIDIA one", 16), kOk) : kNoDevice;
 }
-/// There are none but on Windows.
+/// Only Windows has LUIDs.
 NIF_FAKE int cuDeviceGetLuid(char*, unsigned*, int) { return kNotSupported; }
 NIF_FAKE int cuDeviceTotalMem_v2(size_t* bytes, int device) {
   return device == kDevice ? (*bytes = size_t{1} << 33, kOk) : kNoDevice;

@@ -1,5 +1,5 @@
-// By how much an answer in half precision may differ from the reference's: a bound that follows from the
-// arithmetic alone, whatever the order in which hardware sums.
+// Bounds how much an answer in half precision may differ from the reference's: the bound follows from the
+// arithmetic alone, for any order in which hardware sums.
 #pragma once
 
 #include <cmath>
@@ -53,7 +53,7 @@ inline double half_bound(const kernels::SphericalNetwork& network, float slope, 
   return 0;
 }
 
-/// Of a logit, over kSphericalLogitUnit; 0 where no network is asked.
+/// The bound of a logit, over kSphericalLogitUnit; 0 if no network is evaluated.
 inline double half_bound(const kernels::SphericalField& field, const kernels::Segment& segment) {
   const kernels::SphericalRay ray = kernels::prepare_spherical(field, segment);
   if (ray.kind == kernels::SphericalKind::none) return 0;

@@ -1,5 +1,5 @@
-// The fingerprint by which the runtime and its GPU module know that they fit: whatever changes a layout
-// changes it, and a module that says another one is refused.
+// The fingerprint by which the runtime and its GPU module check that they match: any change of a layout
+// changes it, and a module with another one is refused.
 #include "runtime/src/gpu/layout.hpp"
 
 #include <gtest/gtest.h>
@@ -67,7 +67,7 @@ TEST(LayoutHash, RefusesAListWithoutAMember) {
   EXPECT_ANY_THROW(hash.structure<Small>({&Small::b, &Small::a, &Small::b}));
 }
 
-/// NIF_OTHER_MODULE is like a real one but for its layout (other_module.cpp).
+/// NIF_OTHER_MODULE is like a real module except for its layout (other_module.cpp).
 TEST(LayoutHash, OfAnotherModuleIsRefused) {
   const auto code = [](const char* module) {
     NifDevice device = nullptr;

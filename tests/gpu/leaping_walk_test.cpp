@@ -1,4 +1,4 @@
-// The walk by leaps and cells finds what the walk plane by plane finds, in every bit.
+// The traversal with empty-space skipping gives the same bits as the traversal plane by plane.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -16,7 +16,7 @@ using kernels::OpenCell;
 using kernels::Segment;
 using kernels::WalkResult;
 
-/// A walk with what its open cells are, in bits.
+/// A traversal's result with its open cells, in bits.
 struct Found {
   static constexpr size_t kWords = 6;
   WalkResult walk;
@@ -46,7 +46,7 @@ struct Found {
   }
 };
 
-/// A field of any object with its words.
+/// The field of any object, with its words.
 struct Leaping {
   kernels::cpu::WalkGrid grid;
   kernels::gpu::DeviceSegmentField field;
@@ -55,7 +55,7 @@ struct Leaping {
       : grid(of, std::pmr::new_delete_resource()), field{of, grid.view(), {}, nullptr} {}
 };
 
-/// How far from the grid's origin a segment's is, in finest cells.
+/// Distance of a segment's origin from the grid's, in finest cells.
 float far_reach(const kernels::SegmentField& field, const Segment& segment) {
   WalkResult walk;
   float reach;
@@ -69,7 +69,7 @@ struct Counts {
   uint64_t later = 0, between = 0;  ///< blocked in order: later than else known; where no cell is open
 };
 
-/// The same in order, as first hits are looked for, of every fourth segment.
+/// The same in order, as for first hits, for every fourth segment.
 void compare_in_order(const Leaping& leaping, const Segment& s, const WalkResult& any_order, Counts& counts) {
   Found expected, found;
   kernels::follow_segment<true>(leaping.field, s, expected.walk, expected.collect(), kernels::NoVisit());
@@ -122,7 +122,7 @@ Segment lattice_segment(Random& random, const kernels::SegmentField& field) {
   return segment;
 }
 
-/// From far away, at any pace.
+/// From far away, with directions of any length.
 Segment far_segment(Random& random, const kernels::SegmentField& field) {
   Segment segment = random_segment(random, field);
   const float away = std::exp2(random.between(0.0f, 40.0f)), pace = std::exp2(random.between(-60.0f, 60.0f));
@@ -135,8 +135,8 @@ Segment far_segment(Random& random, const kernels::SegmentField& field) {
   return segment;
 }
 
-/// Makes unknown voxels those of the outside, so that there is room for long leaps. Not in objects whose
-/// planes join them to what is inside.
+/// Turns unknown voxels into outside ones, so that there is more empty space to skip. Not in objects whose
+/// planes connect them to the inside.
 void replace_unknown(format::Asset& asset) {
   for (format::Object& object : asset.objects) {
     format::PlanesData& data = *object.planes;
@@ -182,7 +182,7 @@ void compare_random_assets(uint64_t first, uint64_t seeds) {
   EXPECT_GT(counts.runs, 2 * counts.ambiguous);
   EXPECT_GT(counts.later, seeds * 17);
   EXPECT_GT(counts.between, seeds * 17);
-  // Leaps go over many voxels; cells are visited one by one.
+  // Skips cross many voxels; cells are visited one by one.
   EXPECT_GT(counts.cells, counts.rays);
   EXPECT_LT(2 * (counts.steps - counts.cells), counts.pieces - counts.cells);
 }

@@ -1,4 +1,4 @@
-// Assets, rays, and the reference's answers to compare with.
+// Loads assets for tests of kernels, makes rays, and has the reference's answers to compare with.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ inline std::vector<kernels::Segment> random_segments(const format::ObjectView& o
   return segments;
 }
 
-/// Numbers that are none or too large, among others.
+/// Includes NaN and numbers that are too large.
 inline void spoil(std::vector<kernels::Segment>& segments, uint64_t seed) {
   const float odd[] = {NAN,    INFINITY, -INFINITY, 0.0f,  -0.0f, 1e-45f,
                        1e-30f, 3e38f,    -3e38f,    1e20f, 1.0f,  0.5f};

@@ -1,17 +1,16 @@
-// The GPU module answers as the CPU does: the same calls of nif.h, the kernels run by the emulator.
+// The GPU module gives the CPU's answers: by the same calls of nif.h, with kernels that the emulator runs.
 #include "kernels/gpu/planes/leaping_walk.hpp"
 #include "tests/gpu/module_fixture.hpp"
 
 namespace nif::test {
 namespace {
 
-/// A card, and by which kernels it is to answer.
+/// A card, and the kernels that it uses.
 struct Way {
   uint32_t card;
   const char* pipeline;
 };
-/// Each kind of matrix instruction; the one kernel, in waves of 32 and of 64 lanes; and whatever is the
-/// faster.
+/// Each kind of matrix instruction; the one kernel, in waves of 32 and of 64 lanes; and the faster way.
 constexpr Way kWays[] = {{0, "on"}, {1, "on"},  {2, "on"},  {3, "on"},  {4, "on"},
                          {5, "on"}, {0, "off"}, {2, "off"}, {0, "auto"}};
 
@@ -21,7 +20,7 @@ class GpuAnswers : public GpuModuleTest, public testing::WithParamInterface<Way>
   bool by_one_kernel() const { return std::string_view(GetParam().pipeline) == "off"; }
   std::string config() const { return GpuModuleTest::config(card()) + ",pipeline=" + GetParam().pipeline; }
 
-  /// By memory of the host, and by memory of the card.
+  /// In host memory, and in GPU memory.
   void expect_twins(const TwinScenes& twins, const std::vector<NifRay>& rays) {
     const Answers expected = query_all(twins.cpu(), rays);
     expect_same(query_all(twins.gpu(), rays), expected);
@@ -59,7 +58,7 @@ TEST_P(GpuAnswers, ScenesOfAllEncodings) {
   }
 }
 
-/// Kernels of their own serve scenes of one kind.
+/// Scenes of one kind of objects have their own kernels.
 TEST_P(GpuAnswers, ScenesOfOneEncoding) {
   Random random(2);
   for (const RandomAssetOptions& options :
@@ -75,7 +74,7 @@ TEST_P(GpuAnswers, ScenesOfOneEncoding) {
   }
 }
 
-/// A scene of one instance asks it of every ray; one without a transform takes rays as they are.
+/// A sole instance is queried with every ray; without a transform it takes rays as they are.
 TEST_P(GpuAnswers, ScenesOfOneInstance) {
   Random random(3);
   const format::Asset asset =
@@ -89,7 +88,7 @@ TEST_P(GpuAnswers, ScenesOfOneInstance) {
     }
 }
 
-/// Through a transform whose inverse is worth little nothing is certain, and what is asked says so.
+/// Through a transform with an imprecise inverse nothing is certain, and the outputs say so.
 TEST_P(GpuAnswers, SkewedInstances) {
   Random random(15);
   TwinScenes twins(config());
@@ -124,7 +123,7 @@ TEST_P(GpuAnswers, BatchesOfAnySize) {
     expect_twins(twins, rays_in_cube(random, 5, count));
 }
 
-/// Networks too wide for all threads of a block to have room.
+/// Networks too wide for a full block's shared memory.
 TEST_P(GpuAnswers, TheWidestNetworks) {
   Random random(6);
   format::Asset asset;
@@ -155,7 +154,7 @@ TEST_P(GpuAnswers, LayoutsAndOutputs) {
   constexpr size_t kCount = 333;
   const std::vector<NifRay> rays = rays_in_cube(random, 6, kCount);
   for (uint32_t which = 1; which < 64; ++which) {
-    // No float aligned; floats aligned, with gaps between rays or without.
+    // Misaligned floats; aligned floats, with or without gaps between rays.
     const size_t offset = which % 3 == 0 ? 1 : 4, stride = which % 3 == 0 ? 45 : which % 3 == 1 ? 48 : 32;
     std::vector<char> packed(kCount * stride + offset);
     for (size_t i = 0; i < kCount; ++i)
@@ -213,7 +212,7 @@ TEST_P(GpuAnswers, LayoutsAndOutputs) {
   }
 }
 
-/// More rays than one launch takes are cut, and cuts do not show.
+/// More rays than one launch takes are split, which does not change answers.
 TEST_P(GpuAnswers, QueriesAreCutIntoLaunches) {
   Random random(9);
   TwinScenes twins(config());
@@ -235,7 +234,7 @@ TEST_P(GpuAnswers, QueriesAreCutIntoLaunches) {
   expect_same(on_card.answers.get(), expected);
 }
 
-/// 2^32 + 1 rays: as many launches as that takes are put into the stream. They are not run here.
+/// 2^32 + 1 rays: enough launches are put into the stream. They are not run here.
 TEST_P(GpuAnswers, QueriesMayHaveMoreRaysThan32BitsCount) {
   TwinScenes twins(config());
   twins.add(twins.load(random_asset(9, {.objects = 1})), 0, kIdentity);
@@ -256,7 +255,7 @@ TEST_P(GpuAnswers, QueriesMayHaveMoreRaysThan32BitsCount) {
   machine().discard = false;
 }
 
-/// A query of device memory waits for nothing; several streams go on by themselves.
+/// A query in device memory does not wait; several streams proceed independently.
 TEST_P(GpuAnswers, NothingIsWaitedForBehindTheCallersBack) {
   Random random(10);
   TwinScenes twins(config());
@@ -280,7 +279,7 @@ TEST_P(GpuAnswers, NothingIsWaitedForBehindTheCallersBack) {
   expect_same(second.answers.get(), query_all(twins.cpu(), rays[1]));
   expect_same(third.answers.get(), query_all(twins.cpu(), rays[2]));
 
-  // A commit waits for the scene's queries that are under way: they are about the scene as it was.
+  // A commit waits for the scene's running queries: they are about the old scene.
   const Answers expected = query_all(twins.cpu(), rays[0]);
   for (uint32_t i = 0; i < 6; ++i) twins.move(i, random_transform(random, 4));
   EXPECT_TRUE(first.answers.untouched());
@@ -292,7 +291,7 @@ TEST_P(GpuAnswers, NothingIsWaitedForBehindTheCallersBack) {
   machine().free_stream(second.query.stream);
 }
 
-/// An asset is uploaded once, with the first commit, and leaves the card with its last reference.
+/// An asset is uploaded once, with the first commit, and is freed on the GPU with its last reference.
 TEST_P(GpuAnswers, AssetsAreUploadedOnce) {
   nifkit::Device device(config());
   const auto file = format::encode(random_asset(11, {.objects = 2, .bvhs = 1, .sphericals = 1, .exacts = 1}));
@@ -307,7 +306,7 @@ TEST_P(GpuAnswers, AssetsAreUploadedOnce) {
       scene->commit();
     }
     EXPECT_EQ(machine().allocations, 3u) << "the asset and two scenes";
-    uint64_t words = 0;  // by which walks leap
+    uint64_t words = 0;  // for empty-space skipping
     const format::AssetView view = format::read_asset(file, "test");
     for (const format::ObjectView& object : view.objects)
       if (object.is<kernels::SegmentField>()) {
@@ -326,7 +325,7 @@ TEST_P(GpuAnswers, AssetsAreUploadedOnce) {
   EXPECT_EQ(machine().allocations, 0u);
 }
 
-/// Networks that objects share are on the card once.
+/// Networks that objects share are on the GPU only once.
 TEST_P(GpuAnswers, WhatObjectsShareIsUploadedOnce) {
   Random random(16);
   format::Asset asset;
@@ -356,7 +355,7 @@ TEST_P(GpuAnswers, Jobs) {
   const std::vector<NifRay> rays = rays_in_cube(random, 6, 300);
   const Answers expected = query_all(twins.cpu(), rays);
 
-  // Of device memory: done when the stream is; polled, waited for, or let go.
+  // In device memory: done when the stream is; polled, waited for, or released.
   void* stream = machine().make_stream(card());
   CardQuery polled(machine(), card(), rays), awaited(machine(), card(), rays),
       dropped(machine(), card(), rays);
@@ -386,7 +385,7 @@ TEST_P(GpuAnswers, Jobs) {
   expect_same(dropped.answers.get(), expected);
   machine().free_stream(stream);
 
-  // Of the host's memory: answered when the call returns.
+  // In host memory: answered when the call returns.
   Answers answers(rays.size());
   NifRays query = nifMakeRays(rays.data(), rays.size());
   const NifAnswers outputs = answers.outputs();
@@ -420,8 +419,8 @@ TEST_P(GpuAnswers, MeasuredOnes) {
   expect_same(answers, expected);
   ASSERT_EQ(nifMeasureQuery(twins.gpu(), &query, &outputs, NIF_MEASURE_STAGES, 3, seconds), NIF_OK);
   expect_same(answers, expected);
-  // Walk, order, inputs, networks, nothing of inner fields, the rest. A launch takes a microsecond, and one
-  // for inputs alone as long as one with the networks: so these take none.
+  // Traversal, sorting, inputs, networks, no inner fields, the rest. Every launch takes a microsecond here,
+  // one for inputs alone as long as one with networks: so networks take no time.
   for (int round = 0; round < 3; ++round) {
     const double* stages = seconds + round * NIF_MEASURED_STAGES;
     EXPECT_GT(stages[0], 0);
@@ -441,7 +440,7 @@ TEST_P(GpuAnswers, MeasuredOnes) {
             NIF_ERROR_OUT_OF_DEVICE_MEMORY);
 }
 
-/// What a BVH would be without proofs: hardly another answer, and of nothing else.
+/// A BVH without proofs: hardly an answer differs, and nothing else can be measured so.
 TEST_P(GpuAnswers, MeasuredOnesOfSinglePrecision) {
   Random random(16);
   TwinScenes twins(config());
@@ -476,7 +475,7 @@ TEST_P(GpuAnswers, MeasuredOnesOfSinglePrecision) {
       << "a segment object is among them";
 }
 
-/// Single rays and queries with a fallback are the CPU's.
+/// The CPU answers single rays and queries with a fallback.
 TEST_P(GpuAnswers, WhatTheCpuAnswers) {
   Random random(13);
   TwinScenes twins(config());

@@ -1,4 +1,4 @@
-// What goes wrong with GPUs: each time a code, a sentence, and a scene that the CPU still answers.
+// Failures of GPUs: each gives a code and a sentence, and leaves a scene that the CPU still answers.
 #include <cstdlib>
 #include <thread>
 
@@ -10,7 +10,7 @@ namespace {
 
 class GpuFaults : public GpuModuleTest {
  protected:
-  /// Code and sentence of making a device.
+  /// Code and sentence of an attempt to make a device.
   static NifError code_of(const std::string& config) {
     NifDevice device = nullptr;
     const NifError error = nifNewDevice(config.c_str(), nullptr, &device);
@@ -21,7 +21,7 @@ class GpuFaults : public GpuModuleTest {
     EXPECT_EQ(code_of(config), NIF_ERROR_NOT_AVAILABLE) << config;
     EXPECT_NE(std::string(nifGetErrorMessage()).find(why), std::string::npos) << nifGetErrorMessage();
   }
-  /// 1: cuda; 2: hip, which the emulated cards are of.
+  /// 1: cuda; 2: hip, the backend of the emulated cards.
   static NifBackendInfo gpu_backend(uint32_t index = 2) {
     auto info = nifkit::sized<NifBackendInfo>();
     EXPECT_EQ(nifGetBackendInfo(index, &info), NIF_OK);
@@ -66,7 +66,7 @@ TEST_F(GpuFaults, OfTheMachine) {
   EXPECT_EQ(code_of(config(1)), NIF_OK) << nifGetErrorMessage();
 }
 
-/// What an engine finds the card that it renders on by.
+/// The numbers by which an engine finds the card that it renders on.
 TEST_F(GpuFaults, CardsAreToldApart) {
   ASSERT_EQ(setenv("NIF_GPU_MODULE", NIF_EMULATED_MODULE, 1), 0);
   for (uint32_t number = 0; number < machine().cards; ++number) {
@@ -90,7 +90,7 @@ TEST_F(GpuFaults, CardsAreToldApart) {
   unsetenv("NIF_GPU_MODULE");
 }
 
-/// Its cards are HIP's alone.
+/// All of its cards belong to HIP.
 TEST_F(GpuFaults, OfABackendWithoutCards) {
   const std::string module = ",module=" NIF_EMULATED_MODULE;
   expect_unavailable("backend=cuda,device=0" + module, "card 0 (emulated card 0) is one of hip, not of cuda");
@@ -107,7 +107,7 @@ TEST_F(GpuFaults, OfABackendWithoutCards) {
   unsetenv("NIF_GPU_MODULE");
 }
 
-/// The same reasons in what tells about backends and cards, which looks anew each time.
+/// The calls that describe backends and cards give the same reasons, and look again each time.
 TEST_F(GpuFaults, AreToldBeforehand) {
   ASSERT_EQ(setenv("NIF_GPU_MODULE", NIF_EMULATED_MODULE, 1), 0);
   EXPECT_EQ(gpu_backend().available, 1u);
@@ -163,7 +163,7 @@ TEST_F(GpuFaults, OutOfMemoryAtACommit) {
     ++failures;
     EXPECT_EQ(error, NIF_ERROR_OUT_OF_DEVICE_MEMORY);
     EXPECT_NE(std::string(nifGetErrorMessage()).find("no memory left"), std::string::npos);
-    // The CPU answers, to the last bit; the card does not.
+    // The CPU answers, with the same bits; the GPU does not.
     const uint32_t launches = machine().launches;
     EXPECT_EQ(query_all(twins.gpu(), rays), expected);
     EXPECT_EQ(machine().launches, launches);
@@ -173,7 +173,7 @@ TEST_F(GpuFaults, OutOfMemoryAtACommit) {
     outputs.visible = &visible;
     query.memory = NIF_MEMORY_DEVICE;
     EXPECT_EQ(nifQuery(twins.gpu(), &query, &outputs), NIF_ERROR_INVALID_OPERATION);
-    // And the next commit tries again.
+    // The next commit tries again.
     ASSERT_EQ(nifCommitScene(twins.gpu()), NIF_OK) << nifGetErrorMessage();
     expect_same(query_all(twins.gpu(), rays), expected);
     EXPECT_GT(machine().launches, launches);
@@ -199,7 +199,7 @@ TEST_F(GpuFaults, OutOfMemoryAtAQuery) {
   expect_same(answers, query_all(twins.cpu(), rays));
 }
 
-/// A growing scene that finds no room is not what it was, and the CPU knows what it is.
+/// If the GPU has no room for a growing scene, the CPU answers the new scene.
 TEST_F(GpuFaults, OutOfMemoryAtALaterCommit) {
   const std::vector<NifRay> rays = some_rays();
   TwinScenes twins(config());
@@ -216,7 +216,8 @@ TEST_F(GpuFaults, OutOfMemoryAtALaterCommit) {
   expect_same(query_all(twins.gpu(), rays), expected);
 }
 
-/// What a failed query has put into the stream is done when it returns: no commit would wait for it.
+/// Work that a failed query has put into the stream is done when it returns, because no commit would wait for
+/// it.
 TEST_F(GpuFaults, QueriesThatFailHalfWayAreWaitedFor) {
   const std::vector<NifRay> rays = some_rays();
   TwinScenes twins(config() + ",pipeline=off");
@@ -233,8 +234,8 @@ TEST_F(GpuFaults, QueriesThatFailHalfWayAreWaitedFor) {
   expect_same(answers.get(), query_all(twins.cpu(), rays));
 }
 
-/// The query that meets it fails; after it the CPU answers. Nothing is freed on a card that is gone, and
-/// nothing hangs.
+/// The query that notices the loss fails; then the CPU answers. Nothing is freed on a lost GPU, and nothing
+/// hangs.
 TEST_F(GpuFaults, ALostCard) {
   const std::vector<NifRay> rays = some_rays();
   const auto lose = [&](bool by_job) {
@@ -263,7 +264,7 @@ TEST_F(GpuFaults, ALostCard) {
     }
     EXPECT_EQ(nifQuery(twins.gpu(), &card_query, &card_outputs), NIF_ERROR_DEVICE_LOST);
     EXPECT_EQ(query_all(twins.gpu(), rays), query_all(twins.cpu(), rays));
-    // Changed, the scene can still be committed for the CPU.
+    // A changed scene can still be committed for the CPU.
     twins.move(0, kIdentity);
     ASSERT_EQ(nifCommitScene(twins.cpu()), NIF_OK);
     EXPECT_EQ(nifCommitScene(twins.gpu()), NIF_ERROR_DEVICE_LOST);
@@ -291,7 +292,7 @@ TEST_F(GpuFaults, WrongPointers) {
     NifJob job = nullptr;
     EXPECT_EQ(nifQueryAsync(twins.gpu(), &query, &outputs, &job), NIF_ERROR_WRONG_POINTER);
   };
-  // Each array by itself, of the host in place of the card and the reverse.
+  // Each array in turn: host memory instead of GPU memory, and the reverse.
   NifRays query = nifMakeRays(here.as<NifRay>(), count);
   query.memory = NIF_MEMORY_DEVICE;
   auto outputs = nifkit::sized<NifAnswers>();
@@ -333,7 +334,7 @@ TEST_F(GpuFaults, WrongPointers) {
   wrong = nifMakeRays(rays.data(), count);
   expect_wrong(wrong, outputs, "answers: visible is memory of a card");
 
-  // A stream of the other card.
+  // The other card's stream.
   query.stream = machine().make_stream(1);
   EXPECT_EQ(nifQuery(twins.gpu(), &query, &outputs), NIF_ERROR_INVALID_ARGUMENT);
   machine().free_stream(query.stream);
@@ -362,7 +363,7 @@ TEST_F(GpuFaults, QueriesOfNothing) {
   EXPECT_EQ(nifQuery(twins.gpu(), &query, &outputs), NIF_ERROR_INVALID_ARGUMENT) << "no origins";
 }
 
-/// Several threads, each with scenes and queries of its own, on one device.
+/// Several threads, each with its own scenes and queries, on one device.
 TEST_F(GpuFaults, NoneOfManyThreads) {
   const nifkit::Device device(config());
   const auto file = format::encode(random_asset(3, {.objects = 2, .bvhs = 1}));
@@ -383,7 +384,7 @@ TEST_F(GpuFaults, NoneOfManyThreads) {
   for (std::thread& thread : threads) thread.join();
 }
 
-/// From which a card's tables would be built. Good files of the same grids are put on the card.
+/// The GPU's tables would be built from it. Valid files with the same grids are uploaded.
 TEST_F(GpuFaults, OfSurfaceBitsBeyondTheGrid) {
   const nifkit::Device device(config());
   for (const BeyondGrid& kind : kBeyondGrid) {

@@ -1,4 +1,4 @@
-// What the tests of the GPU module share: the runtime with an emulated card, and the CPU to compare with.
+// The fixture of the GPU module's tests: the runtime with an emulated GPU, and the CPU to compare with.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ class GpuModuleTest : public testing::Test {
     machine.most_rays = 1u << 20;
     machine.order = 0;
   }
-  /// What a device has taken it has given back.
+  /// Has a device freed everything that it allocated?
   void TearDown() override {
     machine().seconds_of_one_kernel = 0;
     EXPECT_EQ(machine().allocations, 0u);
@@ -40,7 +40,7 @@ class GpuModuleTest : public testing::Test {
   }
 };
 
-/// Memory of a card, with a copy of some of the host's.
+/// GPU memory with a copy of some host memory.
 class CardArray {
  public:
   CardArray(EmulatedMachine& machine, uint32_t card, const void* from, size_t bytes)
@@ -62,7 +62,7 @@ class CardArray {
   char* memory_;
 };
 
-/// Outputs in memory of a card, at odd addresses.
+/// Outputs in GPU memory, at odd addresses.
 class CardAnswers {
  public:
   CardAnswers(EmulatedMachine& machine, uint32_t card, size_t count)
@@ -81,7 +81,7 @@ class CardAnswers {
     outputs.logit = reinterpret_cast<int32_t*>(logit_.as<char>() + 1);
     return outputs;
   }
-  /// Whether nothing was written yet.
+  /// Has nothing been written yet?
   bool untouched() const {
     for (size_t i = 0; i < count_; ++i)
       if (visible_.as<uint8_t>()[i + 1] != 0xa5 || certain_.as<uint8_t>()[i + 1] != 0xa5) return false;
@@ -102,7 +102,7 @@ class CardAnswers {
   CardArray visible_, bits_, certain_, probability_, logit_;
 };
 
-/// A query about rays in memory of a card.
+/// A query for rays in GPU memory.
 class CardQuery {
  public:
   CardQuery(EmulatedMachine& machine, uint32_t card, const std::vector<NifRay>& rays)
@@ -122,7 +122,7 @@ class CardQuery {
   NifAnswers outputs;
 };
 
-/// All bits alike, but for the last ones of probabilities that are neither 0 nor 1.
+/// All bits are equal, except the last ones of probabilities that are neither 0 nor 1.
 inline void expect_same(const Answers& got, const Answers& expected) {
   EXPECT_EQ(got.visible, expected.visible);
   EXPECT_EQ(got.bits, expected.bits);
@@ -138,7 +138,7 @@ inline void expect_same(const Answers& got, const Answers& expected) {
   }
 }
 
-/// What is visible alone, by other kernels and loops than all answers.
+/// Only visibility, which other kernels and loops answer than all outputs.
 inline void query_visible(NifScene scene, const std::vector<NifRay>& rays, std::vector<uint8_t>& visible) {
   nifkit::check(
       nifQuery(scene, &nifkit::Rays(rays).get(), &nifkit::Answers().visible(visible).get(rays.size())));
@@ -156,7 +156,7 @@ inline uint8_t query_alone(NifScene scene, const NifRay& ray) {
   return visible;
 }
 
-/// The same scene twice: on the CPU and on a card.
+/// The same scene twice: on the CPU and on a GPU.
 class TwinScenes {
  public:
   explicit TwinScenes(const std::string& gpu_config)
@@ -183,7 +183,7 @@ class TwinScenes {
     change(cpu_);
     change(gpu_);
   }
-  /// Lets go of the caller's reference to an asset; the scenes keep theirs.
+  /// Releases the caller's reference to an asset; the scenes keep theirs.
   void forget(uint32_t asset) {
     cpu_assets_[asset] = {};
     gpu_assets_[asset] = {};

@@ -1,4 +1,4 @@
-// nifIntersect about memory of a card: the same bits in every output as on the CPU.
+// nifIntersect in GPU memory gives the same bits in every output as on the CPU.
 #include "formats/nif/reader.hpp"
 #include "tests/gpu/card_hit_query.hpp"
 #include "tests/runtime/open_answers.hpp"
@@ -7,7 +7,7 @@
 namespace nif::test {
 namespace {
 
-/// All encodings, features in any number; and two features a corner, as the baker makes.
+/// All encodings, with any number of features; and two features per corner, as the baker makes.
 constexpr RandomAssetOptions kHitAssets{.objects = 2,
                                         .instances = 0,
                                         .bvhs = 2,
@@ -22,7 +22,7 @@ class GpuFirstHits : public GpuModuleTest, public testing::WithParamInterface<ui
  protected:
   uint32_t card() const { return GetParam(); }
 
-  /// Returns how many rays met something.
+  /// Returns how many rays hit something.
   size_t expect_twins(const TwinScenes& twins, const std::vector<NifRay>& rays) {
     const FirstHits expected = intersect_all(twins.cpu(), rays);
     const FirstHits got = intersect_on_card(machine(), card(), twins.gpu(), rays);
@@ -55,7 +55,7 @@ TEST_P(GpuFirstHits, OfOneInstanceAreThoseOfTheCpu) {
     }
 }
 
-/// Rays of more open cells than the reference keeps: then the last one takes the place of some.
+/// Rays with more open cells than the reference keeps: then the last one replaces some.
 TEST_P(GpuFirstHits, OfManyOpenCells) {
   size_t first = 0, between = 0, last = 0;
   for (uint64_t seed = 0; seed < 12; ++seed) {
@@ -86,7 +86,7 @@ TEST_P(GpuFirstHits, OfManyOpenCells) {
   EXPECT_GT(last, 100u);
 }
 
-/// Anything: mirrored, stretched, skewed, in each other, two in one place.
+/// Any transforms: mirrored, stretched, skewed, overlapping, two in the same position.
 TEST_P(GpuFirstHits, OfMixedScenesAreThoseOfTheCpu) {
   size_t met = 0;
   for (uint64_t seed = 0; seed < 3; ++seed)
@@ -111,7 +111,7 @@ TEST_P(GpuFirstHits, OfMixedScenesAreThoseOfTheCpu) {
   EXPECT_GT(met, 10'000u);
 }
 
-/// Instances of which nothing is proven, because their transforms are too skewed.
+/// Instances about which nothing is proven, because their transforms are too skewed.
 TEST_P(GpuFirstHits, OfSkewedInstances) {
   const std::vector<std::byte> file = format::encode(random_asset(4, kHitAssets));
   const format::AssetView view = format::read_asset(file, "test");
@@ -151,7 +151,7 @@ TEST_P(GpuFirstHits, OfBatchesOfAnySize) {
     expect_twins(twins, rays_near(view, count, count));
 }
 
-/// Cuts into launches do not show.
+/// Splitting into launches does not change answers.
 TEST_P(GpuFirstHits, GoOnFromLaunchToLaunch) {
   machine().most_rays = 1000;
   TwinScenes twins(config(card()));
@@ -165,7 +165,7 @@ TEST_P(GpuFirstHits, GoOnFromLaunchToLaunch) {
   EXPECT_EQ(machine().launches - launches, 5u);
 }
 
-/// 2^32 + 1 rays: as many launches as that takes are put into the stream. They are not run here.
+/// 2^32 + 1 rays: enough launches are put into the stream. They are not run here.
 TEST_P(GpuFirstHits, OfMoreRaysThan32BitsCount) {
   TwinScenes twins(config(card()));
   twins.add(twins.load(random_asset(9, {.objects = 1})), 0, kIdentity);
@@ -184,8 +184,8 @@ TEST_P(GpuFirstHits, OfMoreRaysThan32BitsCount) {
   machine().discard = false;
 }
 
-/// Any layout of the rays, and any outputs: those that are not asked for are not written, and the others are
-/// what they always are.
+/// Any layout of the rays, and any outputs: outputs that are not requested are not written, and the others do
+/// not change.
 TEST_P(GpuFirstHits, LayoutsAndOutputs) {
   TwinScenes twins(config(card()));
   const std::vector<std::byte> file = format::encode(random_asset(7, kHitAssets));
@@ -270,7 +270,7 @@ TEST_P(GpuFirstHits, LayoutsAndOutputs) {
   }
 }
 
-/// A job is done when the stream has passed it, and nothing is waited for before.
+/// A job is done when the stream has executed it, and nothing waits before that.
 TEST_P(GpuFirstHits, Jobs) {
   TwinScenes twins(config(card()));
   const std::vector<std::byte> file = format::encode(random_asset(8, kHitAssets));
@@ -295,7 +295,7 @@ TEST_P(GpuFirstHits, Jobs) {
   nifReleaseJob(job);
   EXPECT_EQ(count_different_hits(asked.get(), expected), 0u);
 
-  // A commit waits for what has been asked of the scene before.
+  // A commit waits for the scene's earlier queries.
   CardHitQuery later(machine(), card(), rays);
   later.query.stream = stream;
   ASSERT_EQ(nifIntersect(twins.gpu(), &later.query, &later.hits), NIF_OK);
@@ -386,7 +386,7 @@ TEST_F(GpuModuleTest, FirstHitsOfWrongArgumentsAreRefused) {
   refused(NIF_ERROR_DEVICE_LOST, query, good.hits);
   machine().free_stream(query.stream);
   machine().lost = false;
-  // Then the CPU still finds those of host memory.
+  // The CPU still finds those in host memory.
   EXPECT_EQ(count_different_hits(intersect_all(twins.gpu(), rays), intersect_all(twins.cpu(), rays)), 0u);
 }
 

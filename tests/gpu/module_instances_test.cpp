@@ -1,5 +1,5 @@
-// What scenes do with their instances, on a card: masks, removed and disabled ones, user values, origins. All
-// calls about memory of the card must say what the CPU says.
+// Instances of scenes on a GPU: masks, removed and disabled ones, user values, origins. All calls in GPU
+// memory must give the CPU's answers.
 #include "formats/nif/reader.hpp"
 #include "tests/gpu/card_hit_query.hpp"
 #include "tests/gpu/card_open_query.hpp"
@@ -11,7 +11,7 @@ constexpr RandomAssetOptions kObjectsOfAllKinds{
     .objects = 2, .instances = 0, .bvhs = 1, .sphericals = 1, .exacts = 1, .proofs = 1, .features = 2};
 constexpr uint32_t kAllBits = 0xffffffffu;
 
-/// Masks of a query's rays.
+/// The masks of a query's rays.
 struct Masks {
   std::vector<uint32_t> values{};  ///< none: null
   uint64_t stride = 4;             ///< 0: one for all rays
@@ -24,21 +24,15 @@ struct Masks {
   }
 };
 
-/// All that the calls say about some rays.
+/// The answers of all calls for some rays.
 struct Everything {
   explicit Everything(size_t count)
-      : answers(count),
-        visible(count, 0xcc),
-        open(count),
-        open_instance(count, 0xcccccccc),
-        hits(count),
-        users(count, 0xcccccccccccccccc) {}
+      : answers(count), visible(count, 0xcc), open(count), open_instance(count, 0xcccccccc), hits(count) {}
   Answers answers;
   std::vector<uint8_t> visible;  ///< where nothing else is asked for
   OpenAnswers open;
   std::vector<uint32_t> open_instance;  ///< of each ray that is listed
   FirstHits hits;
-  std::vector<uint64_t> users;
 };
 
 Everything ask_cpu(NifScene scene, const std::vector<NifRay>& rays, const Masks& masks) {
@@ -71,8 +65,7 @@ Everything ask_cpu(NifScene scene, const std::vector<NifRay>& rays, const Masks&
   }
   std::sort(said.open.open.begin(), said.open.open.end());
 
-  NifHits hits = said.hits.outputs();
-  hits.user = said.users.data();
+  const NifHits hits = said.hits.outputs();
   EXPECT_EQ(nifIntersect(scene, &asked, &hits), NIF_OK) << nifGetErrorMessage();
   return said;
 }
@@ -85,14 +78,13 @@ void expect_equal(const Everything& got, const Everything& expected) {
   EXPECT_TRUE(got.open.open == expected.open.open);
   EXPECT_EQ(got.open_instance, expected.open_instance);
   EXPECT_EQ(count_different_hits(got.hits, expected.hits), 0u);
-  EXPECT_EQ(got.users, expected.users);
 }
 
 struct InstanceWay {
   uint32_t card;
   const char* pipeline;
 };
-/// Waves of 32 lanes and of 64; queries with masks take the one kernel all the same.
+/// Waves of 32 lanes and of 64; queries with masks always use the one kernel.
 constexpr InstanceWay kInstanceWays[] = {{0, "on"}, {2, "on"}, {0, "off"}, {2, "off"}};
 
 class GpuInstances : public GpuModuleTest, public testing::WithParamInterface<InstanceWay> {
@@ -127,10 +119,9 @@ class GpuInstances : public GpuModuleTest, public testing::WithParamInterface<In
     said.open = open.get();
     said.open_instance = open.instances();
     said.hits = hits.get();
-    said.users = hits.users();
     return said;
   }
-  /// Returns what the CPU says, and so does the card.
+  /// Returns the CPU's answers, after checking that the GPU gives the same.
   Everything expect_twins(const TwinScenes& twins, const std::vector<NifRay>& rays, const Masks& masks = {}) {
     const Everything expected = ask_cpu(twins.cpu(), rays, masks);
     expect_equal(ask_card(twins.gpu(), rays, masks), expected);
@@ -183,13 +174,13 @@ TEST_P(GpuInstances, OfManyMasks) {
   Masks apart{{}, 12};
   for (const uint32_t mask : each.values) apart.values.insert(apart.values.end(), {mask, 0, kAllBits});
   EXPECT_EQ(hits_of(expect_twins(twins, rays, apart)), some);
-  // Cuts into launches do not show.
+  // Splitting into launches does not change answers.
   machine().most_rays = 504;
   EXPECT_EQ(hits_of(expect_twins(twins, rays, each)), some);
 }
 
-/// For a ray with one mask the scene is as if the others were disabled. (Where these leave one instance alone,
-/// that is asked of rays that are none in the world, too; behind masks it is not.)
+/// For rays with one mask the scene is as if the non-matching instances were disabled. (If disabling leaves a
+/// sole instance, it is queried even for rays that are invalid in world space; with masks it is not.)
 TEST_P(GpuInstances, BehindMasksAreAsIfDisabled) {
   TwinScenes masked(config()), disabled(config());
   fill(masked, 4, 12);
@@ -209,7 +200,7 @@ TEST_P(GpuInstances, BehindMasksAreAsIfDisabled) {
   }
 }
 
-/// Each kind of object, where it is and moved, as the only instance: asked, or not let in.
+/// Each kind of object as the only instance, with and without a transform: the mask matches, or not.
 TEST_P(GpuInstances, OneInstanceWithAMask) {
   TwinScenes empty(config());
   empty.commit();
@@ -231,8 +222,8 @@ TEST_P(GpuInstances, OneInstanceWithAMask) {
     }
 }
 
-/// One takes the lowest number that is free; those of an asset are in a row behind all others, also where a
-/// hole would have room for them.
+/// One instance takes the lowest free number; those of an asset are consecutive, after all others, unless a gap
+/// has room for them.
 TEST_P(GpuInstances, NumbersOfNewOnes) {
   TwinScenes twins(config());
   const uint32_t asset = fill(twins, 34, 5);
@@ -265,7 +256,7 @@ TEST_P(GpuInstances, RemovedOnes) {
     const Everything said = expect_twins(twins, rays);
     EXPECT_EQ(std::count(said.hits.instance.begin(), said.hits.instance.end(), number), 0);
   }
-  // A free number is used again.
+  // A free number is reused.
   EXPECT_EQ(twins.cpu_scene().info().instance_count, 6u);
   twins.add(asset, 2, kIdentity);
   twins.commit();
@@ -289,7 +280,8 @@ TEST_P(GpuInstances, RemovedOnes) {
   EXPECT_EQ(hits_of(expect_twins(twins, rays)), all);
 }
 
-/// Each kind of object, left alone under a number that is not 0: by removal, by flags, by a mask of 0.
+/// Each kind of object, left as the sole instance under a number other than 0: by removal, by flags, by a
+/// mask of 0.
 TEST_P(GpuInstances, TheLastOne) {
   const format::Asset asset = random_asset(11, kObjectsOfAllKinds);
   const std::vector<NifRay> rays = some_rays(12, 600);
@@ -329,7 +321,7 @@ TEST_P(GpuInstances, TheLastOne) {
   }
 }
 
-/// An instance that is disabled before the first commit has no place in the hierarchy; enabled, it gets one.
+/// An instance that is disabled before the first commit is not in the hierarchy; once enabled, it is.
 TEST_P(GpuInstances, EnabledAgain) {
   TwinScenes twins(config()), plain(config());
   fill(twins, 14, 8);
@@ -352,7 +344,7 @@ TEST_P(GpuInstances, EnabledAgain) {
   expect_equal(expect_twins(twins, rays), fewer);
 }
 
-/// A removed instance's asset leaves the card at the commit, which waits for queries of what was there.
+/// A removed instance's asset is freed on the GPU at the commit, which waits for queries of the old scene.
 TEST_P(GpuInstances, AssetsAreDroppedAfterQueriesOfThem) {
   TwinScenes twins(config());
   const uint32_t first = fill(twins, 16, 6), second = twins.load(random_asset(17, kObjectsOfAllKinds));
@@ -393,7 +385,7 @@ TEST_P(GpuInstances, AssetsAreDroppedAfterQueriesOfThem) {
   EXPECT_EQ(hits_of(expect_twins(twins, rays)), 0u);
 }
 
-/// If the card has no room for the scene that is left, the CPU answers, and the next commit lets go.
+/// If the GPU has no room for the remaining scene, the CPU answers, and the next commit frees the asset.
 TEST_P(GpuInstances, AssetsAreDroppedByACommitThatSucceeds) {
   TwinScenes twins(config());
   const uint32_t first = fill(twins, 19, 6), second = twins.load(random_asset(20, kObjectsOfAllKinds));
@@ -422,7 +414,7 @@ TEST_P(GpuInstances, UserValues) {
   const auto expect_users = [&](const std::vector<uint64_t>& users) {
     const Everything said = expect_twins(twins, rays);
     for (size_t i = 0; i < rays.size(); ++i)
-      ASSERT_EQ(said.users[i], said.hits.hit[i] ? users[said.hits.instance[i]] : 0) << i;
+      ASSERT_EQ(said.hits.user[i], said.hits.hit[i] ? users[said.hits.instance[i]] : 0) << i;
   };
   std::vector<uint64_t> users(7, 0);
   expect_users(users);
@@ -448,7 +440,7 @@ TEST_P(GpuInstances, UserValues) {
   expect_users(users);
 }
 
-/// The instance that alone leaves a ray open, or none of several.
+/// Lists name the instance if only one leaves a ray open, and none if several do.
 TEST_P(GpuInstances, ThatLeaveRaysOpen) {
   TwinScenes twins(config());
   fill(twins, 24, 30);
@@ -467,7 +459,7 @@ TEST_P(GpuInstances, ThatLeaveRaysOpen) {
   EXPECT_GT(std::count_if(named.begin(), named.end(), [](uint32_t n) { return n > 0; }), 10);
 }
 
-/// A world of 10,000 km: near its origin rays see what they see near 0.
+/// In a world of 10,000 km, rays near the scene's origin see what they see near 0.
 TEST_P(GpuInstances, FarAway) {
   constexpr double kFar = 0x1p23 + 0x1p-20;  // no float has all of its bits
   TwinScenes near(config()), far(config());
@@ -483,7 +475,7 @@ TEST_P(GpuInstances, FarAway) {
   const Everything expected = expect_twins(near, rays);
   EXPECT_GT(hits_of(expected), 100u);
   expect_equal(expect_twins(far, rays), expected);
-  // A camera that moves on, and an instance that goes with it.
+  // A camera that moves, and an instance that moves with it.
   far.both([&](nifkit::Scene& scene) {
     scene.set_origin({kFar + 0.3, -kFar - 1e-9, 3 * kFar});
     scene.set_instance_origin(4, {kFar + 0.7, -kFar, 3 * kFar + 1e-5});
@@ -532,7 +524,7 @@ TEST_P(GpuInstances, MasksOfHostMemoryAreTheCpus) {
   EXPECT_EQ(machine().launches, launches);
 }
 
-/// What the card has begun it ends.
+/// The GPU finishes what it has started.
 TEST_P(GpuInstances, CancelledJobsGoOn) {
   TwinScenes twins(config());
   fill(twins, 30, 5);
@@ -562,7 +554,7 @@ TEST_P(GpuInstances, CancelledJobsGoOn) {
   expect_same(asked.answers.get(), query_all(twins.cpu(), rays));
   EXPECT_EQ(count_different_hits(hits.get(), intersect_all(twins.cpu(), rays)), 0u);
 
-  // Of the host's memory it is answered before anybody can cancel it.
+  // In host memory it is answered before it can be cancelled.
   Answers answers(rays.size());
   const NifRays of_host = nifMakeRays(rays.data(), rays.size());
   const NifAnswers outputs = answers.outputs();
@@ -574,7 +566,7 @@ TEST_P(GpuInstances, CancelledJobsGoOn) {
   expect_same(answers, query_all(twins.cpu(), rays));
 }
 
-/// The kernels for half precision know no masks: rays with masks are answered in single precision.
+/// The kernels for half precision do not support masks: rays with masks are answered in single precision.
 TEST_F(GpuModuleTest, MasksAreAnsweredInSinglePrecision) {
   TwinScenes twins(config() + ",precision=half");
   const uint32_t asset = twins.load(random_asset(32, {.objects = 0, .sphericals = 2}));

@@ -1,5 +1,5 @@
-// nifQueryOpen about memory of a card: the same answers as on the CPU, and the same rays in the lists, with
-// the same bits of tmin and tmax, in whatever order.
+// nifQueryOpen in GPU memory gives the same answers as on the CPU, and lists the same rays, with the same
+// bits of tmin and tmax, in any order.
 #include "formats/nif/reader.hpp"
 #include "tests/gpu/card_open_query.hpp"
 
@@ -57,7 +57,7 @@ TEST_P(GpuOpenRays, AreThoseOfTheCpu) {
   }
 }
 
-/// Cuts into launches do not show, and numbers go on from one to the next.
+/// Splitting into launches does not change answers, and ray numbers continue from one to the next.
 TEST_P(GpuOpenRays, GoOnFromLaunchToLaunch) {
   machine().most_rays = 1000;
   TwinScenes twins(config(card()));

@@ -1,4 +1,4 @@
-// By which kernels the GPU module answers, in which precision, and in what memory.
+// Which kernels the GPU module uses, in which precision, and how much memory they need.
 #include "tests/gpu/half_bound.hpp"
 #include "tests/gpu/module_fixture.hpp"
 #include "tests/support/query_object.hpp"
@@ -15,7 +15,7 @@ class GpuWays : public GpuModuleTest {
     nifReleaseDevice(device);
     return error;
   }
-  /// A scene of several instances with networks to ask.
+  /// A scene of several instances with networks.
   static void fill(TwinScenes& twins, uint32_t instances = 6) {
     Random random(1);
     const uint32_t asset =
@@ -28,7 +28,7 @@ class GpuWays : public GpuModuleTest {
     Random random(2);
     return rays_in_cube(random, 7, count);
   }
-  /// Launches of the pipeline that a query takes. What it answers is checked.
+  /// Counts the launches of the pipeline for a query, and checks its answers.
   uint32_t pipelined(const TwinScenes& twins, const std::vector<NifRay>& rays) {
     const uint32_t before = machine().pipelined;
     expect_same(query_all(twins.gpu(), rays), query_all(twins.cpu(), rays));
@@ -55,7 +55,7 @@ TEST_F(GpuWays, AreWhatTheConfigurationSays) {
   fill(on);
   EXPECT_EQ(pipelined(off, rays), 0u);
   EXPECT_GT(pipelined(on, rays), 10u);
-  // Where there is no network there is nothing to list.
+  // Without a network there is nothing to list.
   TwinScenes exact(config("pipeline=on"));
   const uint32_t asset = exact.load(random_asset(1, {.objects = 0, .bvhs = 1}));
   for (int i = 0; i < 2; ++i) exact.add(asset, 0, kIdentity);
@@ -63,7 +63,7 @@ TEST_F(GpuWays, AreWhatTheConfigurationSays) {
   EXPECT_EQ(pipelined(exact, rays), 0u);
 }
 
-/// The first queries of a size go both ways; then the faster one is known.
+/// The first queries of a size use both ways; then the faster one is known.
 TEST_F(GpuWays, AreChosenByMeasuring) {
   for (const bool slow : {true, false}) {
     machine().seconds_of_one_kernel = slow ? 1 : 0;
@@ -75,11 +75,11 @@ TEST_F(GpuWays, AreChosenByMeasuring) {
       for (int i = 0; i < 4; ++i) by_pipeline += pipelined(twins, rays) > 0;
       EXPECT_EQ(by_pipeline, 2u) << "both ways are tried";
       for (int i = 0; i < 3; ++i) EXPECT_EQ(pipelined(twins, rays) > 0, slow) << size << " rays";
-      // Instances that move change nothing about that.
+      // Moving instances does not change that.
       twins.move(0, kIdentity);
       twins.commit();
       for (int i = 0; i < 3; ++i) EXPECT_EQ(pipelined(twins, rays) > 0, slow) << size << " rays";
-      // Queries without details are others: they end sooner.
+      // Queries without details are measured apart: they end earlier.
       uint8_t visible[600];
       const NifRays query = nifMakeRays(rays.data(), rays.size());
       auto outputs = nifkit::sized<NifAnswers>();
@@ -95,7 +95,7 @@ TEST_F(GpuWays, AreChosenByMeasuring) {
   }
 }
 
-/// Nothing is waited for to learn how long a query took.
+/// Nothing waits to learn how long a query took.
 TEST_F(GpuWays, AreChosenWithoutWaiting) {
   TwinScenes twins(config("pipeline=auto"));
   fill(twins);
@@ -119,7 +119,7 @@ TEST_F(GpuWays, AreChosenWithoutWaiting) {
   for (const CardAnswers& one : answers) expect_same(one.get(), expected);
 }
 
-/// What a query could not learn a later one learns.
+/// A later query reads the time that an earlier one could not read.
 TEST_F(GpuWays, AreChosenInSpiteOfErrors) {
   TwinScenes twins(config("pipeline=auto"));
   fill(twins);
@@ -147,7 +147,7 @@ TEST_F(GpuWays, AreChosenInSpiteOfErrors) {
   for (void* stream : streams) machine().free_stream(stream);
 }
 
-/// Rays that meet more networks than there are rounds, and scenes without details.
+/// Rays that need more networks than there are rounds, and scenes without details.
 TEST_F(GpuWays, CrowdsOfInstances) {
   Random random(5);
   TwinScenes twins(config("pipeline=on"));
@@ -166,7 +166,7 @@ TEST_F(GpuWays, CrowdsOfInstances) {
   for (size_t i = 0; i < rays.size(); ++i) ASSERT_EQ(bits[i / 8] >> i % 8 & 1, expected[i]) << i;
 }
 
-/// Queries under way have memory of their own, which later ones get; without room for more they take turns.
+/// Running queries have their own memory, which later ones reuse; without room for more they take turns.
 TEST_F(GpuWays, MemoryIsSharedInTurns) {
   TwinScenes twins(config("pipeline=on"));
   fill(twins);
@@ -196,7 +196,7 @@ TEST_F(GpuWays, MemoryIsSharedInTurns) {
   EXPECT_EQ(machine().allocations, before + 2);
   EXPECT_EQ(machine().held_back, held + 1) << "behind one of the others";
   EXPECT_EQ(machine().waits, waits);
-  machine().wait_stream(streams[2]);  // and what it is held back by
+  machine().wait_stream(streams[2]);  // and the work that it waits for
   expect_same(answers[2].get(), expected);
   for (void* stream : streams) machine().wait_stream(stream);
   expect_same(answers[0].get(), expected);
@@ -208,7 +208,7 @@ TEST_F(GpuWays, MemoryIsSharedInTurns) {
   expect_same(answers[3].get(), expected);
 }
 
-/// A scene that grows seldom needs larger memory, and what is too small is given back where memory is short.
+/// A growing scene seldom needs larger memory, and memory that is too small is freed if memory is short.
 TEST_F(GpuWays, MemoryOfAGrowingScene) {
   TwinScenes twins(config("pipeline=on"));
   const std::vector<NifRay> rays = some_rays();
@@ -240,7 +240,7 @@ TEST_F(GpuWays, MemoryOfAGrowingScene) {
   expect_same(answers.get(), query_all(twins.cpu(), rays));
 }
 
-/// As docs/gpu.md says. What every scene has besides, a few words a list, does not count among so many rays.
+/// As docs/gpu.md says. Every scene also needs a few words per list, which are negligible with so many rays.
 TEST_F(GpuWays, MemoryOfARay) {
   constexpr uint64_t kRays = 1 << 18;
   const std::vector<NifRay> ray = some_rays(1);
@@ -262,7 +262,8 @@ TEST_F(GpuWays, MemoryOfARay) {
   }
 }
 
-/// No memory for the pipeline: the one kernel needs none. But not where another way was asked for.
+/// Without memory for the pipeline the one kernel answers, which needs none; but not if another way was
+/// requested.
 TEST_F(GpuWays, WithoutMemoryForThePipeline) {
   const std::vector<NifRay> rays = some_rays();
   const CardArray on_card(machine(), 0, rays.data(), rays.size() * sizeof(NifRay));
@@ -293,8 +294,8 @@ TEST_F(GpuWays, WithoutMemoryForThePipeline) {
   }
 }
 
-/// Queries of host memory of several parts: two are under way at the same time, or one where the card has no
-/// memory for more.
+/// Queries in host memory with several chunks: two run at the same time, or one if the GPU has no memory for
+/// more.
 TEST_F(GpuWays, PartsOfHostQueries) {
   TwinScenes twins(config("pipeline=off"));
   fill(twins, 2);
@@ -312,8 +313,8 @@ TEST_F(GpuWays, PartsOfHostQueries) {
   for (size_t i = 0; i < rays.size(); ++i) ASSERT_EQ(bits[i / 8] >> i % 8 & 1, expected[i]) << i;
 }
 
-/// Half precision concerns `spherical` objects alone, moves what they say by what the arithmetic allows, and
-/// is the same each time, whichever way is the faster.
+/// Half precision affects only `spherical` objects, changes their answers within the bound of the arithmetic,
+/// and gives the same each time, whichever way is faster.
 TEST_F(GpuWays, HalfPrecision) {
   const format::Asset asset =
       random_asset(3, {.objects = 1, .instances = 0, .bvhs = 1, .sphericals = 1, .exacts = 1, .proofs = 1});
@@ -343,7 +344,7 @@ TEST_F(GpuWays, HalfPrecision) {
       }
       EXPECT_GT(moved, 100u);
       for (int i = 0; i < 5; ++i) EXPECT_EQ(query_all(twins.gpu(), rays), got);
-      // Single rays are the CPU's.
+      // The CPU answers single rays.
       for (size_t i = 0; i < 50; ++i) {
         ASSERT_EQ(query_alone(twins.gpu(), rays[i]), expected.visible[i]);
       }

@@ -13,7 +13,7 @@
 
 namespace nif::test {
 
-/// A way in which a card can answer, and in which precision.
+/// A way in which a GPU can answer, with its precision.
 struct CardWay {
   MatrixKind kind = MatrixKind::wmma;
   runtime::GpuWay way = runtime::GpuWay::pipeline;
@@ -38,7 +38,7 @@ struct ObjectAnswers {
   std::vector<uint8_t> certain;
 };
 
-/// Rays may be asked by several threads at the same time.
+/// Several threads may query it at the same time.
 class ObjectOnCard {
  public:
   ObjectOnCard(const kernels::AnyField& object, const CardWay& way) : module_(load()) {

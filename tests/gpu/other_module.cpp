@@ -1,4 +1,4 @@
-// A GPU module of another version, for tests: its table says another layout than the library's.
+// A GPU module of another version, for tests: its table has another layout than the library's.
 #include "gpu/crossing.hpp"
 
 extern "C" NIF_API const nif::runtime::GpuModule* nif_gpu_module(void) {

@@ -1,5 +1,5 @@
-// The `segment` kernels answer as the reference does, to the bit, whatever the instructions, the size of
-// waves, and the order in which blocks, waves and lanes come.
+// The `segment` kernels give the reference's answers, to the bit, for any instructions, size of waves, and
+// order of blocks, waves and lanes.
 #include "tests/gpu/loaded.hpp"
 
 #include "kernels/gpu/network/kernels.hpp"
@@ -9,7 +9,7 @@ namespace {
 
 namespace gpu = kernels::gpu;
 
-/// How many rays the walk leaves open, and how many of those have more runs than items have room for.
+/// How many rays the traversal leaves open, and how many of those have more intervals than fit into items.
 struct OpenRays {
   uint32_t open = 0, hard = 0;
 
@@ -63,7 +63,7 @@ TEST_P(GpuSegmentTest, AnswersRaysThatAreNone) {
   expect_reference(asset.view.objects[0], segments, GetParam());
 }
 
-/// The order of items in the lists is left to chance; answers are not.
+/// The order of items in the lists is random; the answers are not.
 TEST_P(GpuSegmentTest, AnswersDoNotDependOnTheOrder) {
   const Loaded asset(3, {.objects = 1, .instances = 0, .max_voxels = 40, .features = 2});
   const auto segments = random_segments(asset.view.objects[0], 3, 3000);
@@ -84,7 +84,7 @@ TEST_P(GpuSegmentTest, AnswersBatchesOfAnySize) {
   }
 }
 
-/// A network with hidden layers of the given widths, in place of the asset's own.
+/// A network with hidden layers of the given widths, instead of the asset's own.
 struct OtherNetwork {
   format::Mlp network;
   kernels::SegmentField field;
@@ -128,7 +128,7 @@ TEST_P(GpuSegmentTest, AnswersByNetworksOfAnyShape) {
   }
 }
 
-/// Rows of weights lie in different banks, and what is tiled has room.
+/// Rows of weights are in different banks, and the tiles fit.
 TEST(GpuSegment, LayoutsFit) {
   const Loaded asset(9, {.objects = 1, .instances = 0, .max_voxels = 8, .features = 2});
   OtherNetwork other(asset.view.objects[0].as<kernels::SegmentField>(), {48, 48});

@@ -118,7 +118,7 @@ TEST_P(GpuSphericalHalfTest, AnswersByNetworksOfAnyShape) {
   }
 }
 
-/// Which item comes first is left to chance; answers are not.
+/// The order of items is random; the answers are not.
 TEST_P(GpuSphericalHalfTest, AnswersDoNotDependOnTheOrder) {
   const ExactField exact(3, kPaperOuter, kPaperInner);
   for (const uint64_t order : {1u, 2u, 12345u}) {
@@ -172,7 +172,7 @@ TEST_P(GpuSphericalHalfTest, StaysWithinWhatTheArithmeticAllows) {
   EXPECT_GT(sure, asked / 2);  // the bound says something
 }
 
-/// Values that half precision has no room for end at its largest, and never as an infinity or NaN.
+/// Values too large for half precision become its largest value, never an infinity or NaN.
 TEST_P(GpuSphericalHalfTest, AnswersWhereHalvesOverflow) {
   ExactField exact(6, kPaperOuter, kPaperInner);
   for (float& latent : exact.latents) latent *= 2000;

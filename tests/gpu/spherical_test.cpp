@@ -1,4 +1,4 @@
-// The `spherical` kernels answer as the reference does, to the bit, in single precision.
+// The `spherical` kernels give the reference's answers, to the bit, in single precision.
 #include "tests/gpu/loaded.hpp"
 
 namespace nif::test {

@@ -24,7 +24,7 @@ static_assert(NIF_ENCODING_SEGMENT == kernels::encoding_of_field<kernels::Segmen
 static_assert(NIF_ENCODING_SPHERICAL == kernels::encoding_of_field<kernels::SphericalField>().number);
 static_assert(NIF_ENCODING_BVH == kernels::encoding_of_field<kernels::TrianglesField>().number);
 
-/// As the library takes paths, on every system.
+/// A path as the library takes it on every system.
 std::string utf8(const fs::path& path) {
   const std::u8string text = path.u8string();
   return {text.begin(), text.end()};
@@ -82,8 +82,8 @@ TEST_F(Assets, SameAnswersHoweverLoaded) {
   assets_.erase(std::find(assets_.begin(), assets_.end(), borrowed));
 }
 
-/// What the kernels hold stands for the asset's bytes: once it is loaded, these may change, and scenes know
-/// all the same where objects are and how sure their networks are.
+/// The kernels keep copies of the asset's bytes: after the load the bytes may change, and scenes still know
+/// where objects are and how their networks are calibrated.
 TEST_F(Assets, AnswerAfterTheirBytesWereLetGo) {
   auto device = nifkit::sized<NifDeviceInfo>();
   ASSERT_EQ(nifGetDeviceInfo(device_, &device), NIF_OK);
@@ -122,8 +122,8 @@ TEST_F(Assets, AnswerAfterTheirBytesWereLetGo) {
   EXPECT_GT(unsure, 100u);
 }
 
-/// With one feature a corner the asset's bytes stay; with two the kernels hold what they need and let them
-/// go.
+/// With one feature per corner the asset's bytes stay; with two the kernels copy what they need, and the
+/// bytes are freed.
 class AssetInformation : public Assets, public testing::WithParamInterface<uint32_t> {};
 INSTANTIATE_TEST_SUITE_P(Features, AssetInformation, testing::Values(1u, 2u));
 
@@ -144,7 +144,7 @@ TEST_P(AssetInformation, IsThatOfTheFile) {
   ASSERT_EQ(nifGetDeviceInfo(device_, &device), NIF_OK);
   const bool keeps_bytes = GetParam() != 2 || std::string_view(device.isa) == "scalar";
   EXPECT_GE(info.resident_bytes, keeps_bytes ? file_.size() : source.metadata.size());
-  // Kernels hold a word for each voxel, and the parts.
+  // Kernels keep a word for each voxel, and the parts.
   size_t words = 0;
   for (const format::Object& object : source.objects) {
     const format::PlanesData& data = *object.planes;
@@ -176,7 +176,7 @@ TEST_P(AssetInformation, IsThatOfTheFile) {
   EXPECT_EQ(nifGetObjectInfo(asset, info.object_count, &object), NIF_ERROR_INVALID_ARGUMENT);
 }
 
-/// Of an asset with everything in it: file and memory, part by part, without rest.
+/// For an asset with all parts: the bytes of the parts add up exactly, in the file and in memory.
 TEST_P(AssetInformation, HasPartsThatAddUp) {
   for (const uint32_t coded : {0u, kCodedAll})
     for (const char* isa : {"isa=auto", "isa=scalar"}) {
@@ -212,7 +212,7 @@ TEST_P(AssetInformation, HasPartsThatAddUp) {
             part.decoded > part.bytes,
             coded && std::string_view("occupancy planes features").find(part.name) != std::string_view::npos)
             << part.name;
-        // Another encoding than `segment` reads the file, so all of it stays.
+        // Encodings other than `segment` read the file, so all of it stays.
         EXPECT_GE(by_name.at(part.name).resident_bytes, part.bytes + part.decoded) << part.name;
       }
       EXPECT_EQ(by_name.at("metadata").file_bytes, info.metadata_bytes);
@@ -233,7 +233,7 @@ TEST_F(Assets, CodedAndUncodedAnswerAlike) {
       for (format::Object& object : source.objects) set_coded(coded, object);
       file_ = format::encode(source);
       sizes[coded != 0] = file_.size();
-      // A name of its own: Windows overwrites no file that is mapped.
+      // A new name each time, because Windows cannot overwrite a mapped file.
       const fs::path path = write(std::to_string(seed) + (coded ? "-coded.nif" : ".nif"), text());
       for (const NifLoadMode mode : {NIF_LOAD_COPY, NIF_LOAD_IN_PLACE}) {
         ASSERT_EQ(load_file(path, mode), NIF_OK);
@@ -303,7 +303,7 @@ TEST_F(Assets, BadMemory) {
   EXPECT_EQ(asset, nullptr);
 }
 
-/// An allocator that counts, and fails after a while.
+/// An allocator that counts its calls, and fails after a given number.
 struct Counter {
   std::map<void*, std::pair<uint64_t, uint64_t>> blocks;
   int64_t left = -1;  ///< allocations until it fails; negative: never
@@ -360,7 +360,7 @@ TEST_F(Assets, EverythingGoesThroughTheAllocator) {
     } else {
       EXPECT_EQ(error, NIF_ERROR_OUT_OF_MEMORY) << nifGetErrorMessage();
     }
-    // In an order that leaves every object to be kept alive by another.
+    // In an order in which every object must be kept alive by another.
     nifReleaseDevice(device);
     nifReleaseAsset(asset);
     nifReleaseAsset(mapped);
@@ -373,7 +373,7 @@ TEST_F(Assets, EverythingGoesThroughTheAllocator) {
   }
 }
 
-/// A file in an archive of the caller's.
+/// A file in the caller's archive.
 struct Archive {
   std::vector<std::byte> bytes;
   uint64_t next = 0, fail_at = ~uint64_t{0}, calls = 0;
@@ -419,7 +419,7 @@ TEST_F(RuntimeTest, ReadersLoadWhatMemoryDoes) {
     refused(archive, reader, NIF_ERROR_FILE_UNREADABLE, "rock.pak: the caller's read function failed");
   }
   archive.fail_at = ~uint64_t{0};
-  // A size that is not the file's: refused by its header, before memory is taken.
+  // A wrong size is refused by the header, before memory is allocated.
   Archive longer{file_};
   longer.bytes.resize(file_.size() + 1);
   NifReader by = longer.reader();

@@ -1,4 +1,4 @@
-// Null pointers, wrong sizes, rays that are none: a documented code or answer each.
+// Bad input gets the documented code or answer: null pointers, wrong sizes, invalid rays.
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -91,7 +91,7 @@ TEST_F(BadInput, Null) {
 }
 
 TEST_F(BadInput, DestroyedObjects) {
-  // A handle whose last reference was released stands for nothing, for good: every call says so.
+  // A handle is dead for good after its last reference was released: every call says so.
   make(9);
   NifDevice device = nullptr;
   NifAsset asset = nullptr;
@@ -110,7 +110,7 @@ TEST_F(BadInput, DestroyedObjects) {
   ASSERT_EQ(nifQueryAsync(scene, &query, &outputs, &job), NIF_OK);
   ASSERT_EQ(nifWaitJob(job), NIF_OK);
 
-  // A second reference keeps the handle; releases beyond the last do no harm to what others hold.
+  // A second reference keeps the handle alive; superfluous releases do not harm other handles.
   nifRetainAsset(asset);
   nifReleaseAsset(asset);
   auto about_asset = nifkit::sized<NifAssetInfo>();
@@ -122,7 +122,7 @@ TEST_F(BadInput, DestroyedObjects) {
     nifRetainAsset(asset);
   }
   EXPECT_EQ(nifQuery(scene, &query, &outputs), NIF_OK) << "the scene keeps asset and device";
-  NifScene later = nullptr;  // in the place of one that is gone
+  NifScene later = nullptr;  // in the slot of a released one
   const auto gone = [](NifError error) {
     return error == NIF_ERROR_INVALID_ARGUMENT && std::strstr(nifGetErrorMessage(), "released") != nullptr;
   };
@@ -170,7 +170,7 @@ TEST_F(BadInput, DestroyedObjects) {
   EXPECT_EQ(nifGetSceneInfo(later, &about_scene), NIF_OK);
   nifReleaseScene(later);
 
-  // What never was a handle: of another kind, or any number.
+  // Values that never were such a handle: handles of another kind, or any number.
   for (const uint64_t bits : {uint64_t(1), uint64_t(4096), uint64_t(0x7ffd12345678), ~uint64_t(0)}) {
     const auto wild = reinterpret_cast<NifScene>(bits);
     EXPECT_TRUE(gone(nifCommitScene(wild)));
@@ -228,7 +228,7 @@ TEST_F(BadInput, Configurations) {
   auto backend = nifkit::sized<NifBackendInfo>();
   ASSERT_EQ(nifGetBackendInfo(0, &backend), NIF_OK);
   EXPECT_EQ(backend.available, 1u);
-  // A machine may have a GPU; what is told beforehand is what comes to pass.
+  // The machine may have a GPU; the outcome must match what nifGetBackendInfo() says.
   bool any = false;
   for (const uint32_t index : {1u, 2u}) {
     ASSERT_EQ(nifGetBackendInfo(index, &backend), NIF_OK);
@@ -264,11 +264,11 @@ TEST_F(BadInput, StructureSizes) {
   info.struct_size = 0xcdcdcdcdcdcdcdcd;
   EXPECT_EQ(nifGetAssetInfo(asset, &info), NIF_ERROR_INVALID_ARGUMENT);
 
-  // Less than any program ever had.
+  // Smaller than in any program ever compiled.
   info.struct_size = offsetof(NifAssetInfo, network_count);
   EXPECT_EQ(nifGetAssetInfo(asset, &info), NIF_ERROR_INVALID_ARGUMENT);
 
-  // A newer program: what we do not know is zero, and must be where it asks for something.
+  // A newer program: unknown members of outputs become zero, and unknown members of inputs must be zero.
   struct {
     NifAssetInfo info;
     uint64_t more;
@@ -432,7 +432,7 @@ TEST_F(BadInput, RaysThatAreNone) {
     empty.back().tmax = tmax;
   }
   std::vector<NifScene> scenes;
-  for (const uint32_t object : {0, 2}) {  // one of each encoding
+  for (const uint32_t object : {0, 2}) {  // one per encoding
     scenes.push_back(scene_of(asset, object));
     scenes.push_back(scene_of(asset, object, turned.data()));
   }
@@ -453,7 +453,7 @@ TEST_F(BadInput, RaysThatAreNone) {
       EXPECT_EQ(nothing.probability[i], 1.0f) << i;
     }
   }
-  // Any bits at all: the reference's answer, no fault.
+  // Arbitrary bits get the reference's answer, and do not crash.
   Random random(6);
   std::vector<NifRay> noise(5000);
   for (NifRay& ray : noise) {

@@ -1,4 +1,4 @@
-// `bvh` objects through the runtime: the reference's bits with every instruction set, alone and among others.
+// `bvh` objects in the runtime give the reference's bits with every instruction set, alone and among others.
 #include "tests/runtime/runtime_fixture.hpp"
 #include "tests/support/query_object.hpp"
 
@@ -59,7 +59,8 @@ TEST_P(RuntimeBvh, SharesASceneWithSegmentObjects) {
         blocked_for_certain = blocked_for_certain || (answer.certain && !answer.visible);
         blocked_by_bvh += object.is<kernels::TrianglesField>() && !answer.visible;
       }
-      // Rays from afar may be kept from an object by its box alone; none of these starts that far away.
+      // The box alone may exclude rays from far away, with another result; none of these starts that far
+      // away.
       ASSERT_EQ(answers.visible[i] != 0, visible) << "ray " << i;
       if (!visible) {
         ASSERT_EQ(answers.certain[i] != 0, blocked_for_certain) << "ray " << i;

@@ -1,4 +1,4 @@
-// Scenes of `exact` objects answer as the same scenes of `bvh` objects: each bit of each ray, through any
+// Scenes of `exact` objects answer like the same scenes of `bvh` objects, in every bit and under any
 // transform.
 #include <array>
 
@@ -31,7 +31,7 @@ INSTANTIATE_TEST_SUITE_P(Each, TwinObjects,
                            return name.starts_with("isa=") ? name.substr(4) : name.substr(0, name.find('='));
                          });
 
-/// Scales, mirrors, shears and moves, from a little to so much that nothing is proven any more.
+/// Scales, mirrors, shears and moves, from a little to so much that nothing can be proven any more.
 std::array<float, 12> any_transform(Random& random) {
   std::array<float, 12> transform = kIdentity;
   const float scale = std::exp2(random.between(-6.0f, 6.0f)), shear = random.below(3) ? 0.5f : 20.0f;
@@ -70,7 +70,7 @@ TEST_P(TwinObjects, AnswerAlikeThroughAnyTransform) {
     ASSERT_EQ(nifCommitScene(first), NIF_OK);
     ASSERT_EQ(nifCommitScene(second), NIF_OK);
     std::vector<NifRay> rays;
-    while (rays.size() < 3000) {  // near an object in its own space, then taken to the world
+    while (rays.size() < 3000) {  // near an object in its own space, then transformed to the world
       const uint32_t i = random.below(uint32_t(placed.size()));
       kernels::Segment ray = random_segment(random, view.objects[objects[i]]);
       if (random.below(16) == 0)

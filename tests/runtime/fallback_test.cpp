@@ -1,4 +1,4 @@
-// nifQueryWithFallback: who is handed over, once each, and whose answer counts.
+// nifQueryWithFallback: which rays it passes on, each once, and which answer counts.
 #include <algorithm>
 #include <atomic>
 
@@ -15,7 +15,7 @@ class ThreadFallback : public RuntimeTest, public testing::WithParamInterface<co
 INSTANTIATE_TEST_SUITE_P(Each, ThreadFallback, testing::Values("threads=1", "threads=3"),
                          [](const auto& p) { return p.param[8] == '1' ? "Alone" : "Shared"; });
 
-/// Says the opposite of the network for even rays, and notes who asked.
+/// Answers the opposite of the network for even rays, and records the rays that it got.
 struct Contrary {
   explicit Contrary(size_t count) : times(count) {}
   static void call(void* user, uint64_t count, const uint64_t* rays, uint8_t* visible) {
@@ -73,7 +73,7 @@ TEST_P(ThreadFallback, ReplacesUncertainAnswers) {
       }
       before = asked;
 
-      // One output alone is the same.
+      // A single output has the same values.
       Contrary again(rays.size());
       std::vector<uint8_t> bits((rays.size() + 7) / 8);
       outputs = nifkit::sized<NifAnswers>();

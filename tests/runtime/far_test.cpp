@@ -1,5 +1,5 @@
-// Instances at translations that floats cannot hold: a ray is asked where the file puts the object, to the
-// bit, and what is certain there is right.
+// Instances at translations that floats cannot hold: a ray meets the object exactly where the file places it,
+// and certain answers there are right.
 #include <cmath>
 
 #include "tests/runtime/plain_scene.hpp"
@@ -9,7 +9,7 @@ namespace {
 
 class FarInstances : public RuntimeTest {
  public:
-  /// One object, placed once, without turning it.
+  /// One object, placed once, without rotation.
   const format::AssetView& place(format::Asset asset, const std::array<double, 3>& at) {
     format::Instance& instance = asset.instances.emplace_back();
     for (size_t a = 0; a < 3; ++a) {
@@ -28,10 +28,10 @@ class FarInstances : public RuntimeTest {
   }
 };
 
-/// Far away by whole numbers of 1024ths.
+/// Far away, by multiples of 1/1024.
 constexpr std::array<double, 3> kAt{5411987 + 493.0 / 1024, -2487002 - 901.0 / 1024, 447326 + 1.0 / 1024};
 
-/// Rays whose numbers are floats there, to the same ones beside the object: exactly, if `beside` is.
+/// Moves rays whose numbers are floats there to the same rays near the object: exactly, if `beside` is exact.
 std::vector<NifRay> far_rays(Random& random, const kernels::SegmentField& field,
                              std::vector<NifRay>& beside) {
   std::vector<NifRay> rays;
@@ -64,7 +64,7 @@ TEST_F(FarInstances, AreAskedWhereTheFilePutsThem) {
       EXPECT_LE(far.certain[i], near.certain[i]);
       certain += far.certain[i];
     }
-    // Floats alone would ask about another ray.
+    // With floats alone this would be another ray.
     Matrix rounded = kIdentity;
     for (size_t a = 0; a < 3; ++a) rounded[4 * a + 3] = view.instances[0].transform[4 * a + 3];
     const Answers by_floats = query_all(scene_of(loaded, 0, rounded.data()), rays);
@@ -74,7 +74,7 @@ TEST_F(FarInstances, AreAskedWhereTheFilePutsThem) {
   EXPECT_GT(moved, 1000u);
 }
 
-/// What docs/meshes.md says to do.
+/// The method that docs/meshes.md recommends.
 TEST_F(FarInstances, AreExactNearTheOriginOnceTheOffsetIsTakenAway) {
   const format::AssetView& view = place(random_asset(7, {.objects = 1, .instances = 0}), kAt);
   const NifAsset loaded = load();

@@ -1,4 +1,4 @@
-// nifIntersect, for the tests that ask it.
+// Calls nifIntersect for tests.
 #pragma once
 
 #include "tests/runtime/runtime_fixture.hpp"

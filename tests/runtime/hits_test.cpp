@@ -1,4 +1,4 @@
-// nifIntersect: first hits of scenes are those of their objects, and agree with what nifQuery says.
+// nifIntersect: first hits of scenes are those of their objects, and agree with nifQuery.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -29,7 +29,7 @@ struct Placed {
   Matrix transform;
 };
 
-/// As the simplest program would find it: every instance is asked, the last one first.
+/// The hit as the simplest program would find it: tests every instance, the last one first.
 kernels::SceneHit plain_hit(const format::AssetView& view, const std::vector<Placed>& instances,
                             const NifRay& asked) {
   const kernels::Segment ray = to_segment(asked);
@@ -63,7 +63,7 @@ kernels::SceneHit plain_hit(const format::AssetView& view, const std::vector<Pla
   return nearest;
 }
 
-/// Of that hit, if there is one.
+/// The details of that hit, if there is one.
 std::array<float, 3> plain_color(const format::AssetView& view, const std::vector<Placed>& instances,
                                  const NifRay& asked, const kernels::SceneHit& hit) {
   float color[3] = {};

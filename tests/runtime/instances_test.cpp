@@ -1,6 +1,5 @@
-// What a scene's instances can be told after they were added: to go, to sleep, whom to meet, where they are in
-// double precision, and what hits with them return. Answers are those of a scene that was made as this one
-// has become.
+// Changes to instances after they were added: removal, flags, masks, origins in double precision, and user
+// values. The answers must be those of a new scene that is built in the changed state.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -43,7 +42,7 @@ class Instances : public RuntimeTest {
         << nifGetErrorMessage();
     return number;
   }
-  /// A scene of these alone, in their order.
+  /// A scene of only these, in their order.
   NifScene scene_with(const std::vector<size_t>& which) {
     const NifScene scene = new_scene();
     for (const size_t i : which) add(scene, i);
@@ -51,7 +50,7 @@ class Instances : public RuntimeTest {
     return scene;
   }
 
-  /// Whether the scene answers as one of the given instances, whose numbers here are `numbers`.
+  /// Does the scene answer like one of the given instances, whose numbers here are `numbers`?
   void expect_like(NifScene scene, const std::vector<size_t>& which, const std::vector<uint32_t>& numbers) {
     const NifScene plain = scene_with(which);
     EXPECT_EQ(query_all(scene, rays_), query_all(plain, rays_));
@@ -109,7 +108,7 @@ TEST_F(Instances, NumbersInARowFillGapsThatAreLongEnough) {
   EXPECT_EQ(first, 3u);
   EXPECT_EQ(added, count);
   EXPECT_EQ(add(scene, 0), 1u);
-  // What is taken from the end is gone: numbers do not grow for ever.
+  // Instances removed at the end are gone: numbers do not grow without bound.
   for (int round = 0; round < 20; ++round) {
     ASSERT_EQ(nifAddAsset(scene, asset_, nullptr, &first, &added), NIF_OK);
     EXPECT_EQ(first, 18u);
@@ -217,8 +216,8 @@ TEST_F(Instances, MeetOnlyRaysOfACommonMask) {
       std::vector<size_t> which;
       for (size_t i = 0; i < count; ++i)
         if (mask_of(i) & mask) which.push_back(i);
-      // A scene of several instances leaves out rays that one instance alone would be asked about: so the
-      // scene to compare with has several, too, of which the last is never met.
+      // A scene of several instances skips rays that a sole instance would be queried with. So the scene to
+      // compare with has several, too, and the last one is never met.
       const NifScene plain = new_scene();
       for (const size_t i : which) add(plain, i);
       const Matrix away{1, 0, 0, 1e30f, 0, 1, 0, 0, 0, 0, 1, 0};
@@ -244,7 +243,7 @@ TEST_F(Instances, MeetOnlyRaysOfACommonMask) {
         EXPECT_TRUE(hits == expected);
       }
     }
-    // A mask for each ray, all different: as each ray alone.
+    // A different mask for each ray gives the same as each ray alone.
     Random random(91);
     std::vector<uint32_t> masks;
     for (size_t i = 0; i < rays_.size(); ++i) masks.push_back(kMasks[random.below(5)]);
@@ -303,7 +302,7 @@ TEST_F(Instances, OpenRaysNameAnInstanceThatAloneLeavesThemOpen) {
     for (size_t i = 0; i < count; ++i) alone.push_back(scene_with({i}));
     for (uint32_t k = 0; k < open_count; ++k) {
       (instance[k] == NIF_NONE ? unnamed : named) += 1;
-      // In a scene of that instance alone the ray is open, with the same interval.
+      // In a scene of only that instance the ray is open, with the same interval.
       if (instance[k] == NIF_NONE || k % 5 != 0) continue;
       ASSERT_LT(instance[k], count);
       const OpenAnswers one = query_open(alone[instance[k]], {rays_[numbers[k]]}, 1);
@@ -332,7 +331,7 @@ TEST_F(Instances, ManyTransformsAtOnceAreAllOrNothing) {
   ASSERT_EQ(nifCommitScene(scene), NIF_OK);
   for (const uint32_t i : some) transforms_[i] = turned[i];
   expect_like(scene, {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11}, {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11});
-  // The second has no inverse: the first stays, too.
+  // The second has no inverse, so the first does not change either.
   mine[0].transform[3] += 1;
   std::fill_n(mine[1].transform, 12, 0.0f);
   EXPECT_EQ(nifSetInstanceTransforms(scene, 2, some, mine[0].transform, sizeof(mine[0])),
@@ -366,7 +365,7 @@ TEST_F(Instances, AreAskedBackAsTheyWereSet) {
 }
 
 TEST_F(Instances, OriginsAddUpInDoublePrecision) {
-  // A world of 10,000 km: what the camera sees near itself is what it would see near 0, to the bit where the
+  // In a world of 10,000 km the camera sees near itself what it would see near 0, to the bit if the
   // differences are exact.
   const NifScene scene = scene_of_all(), near = scene_of_all();
   const double far_away[3] = {6'400'000.5, -9'999'999.25, 1e7};
@@ -375,7 +374,7 @@ TEST_F(Instances, OriginsAddUpInDoublePrecision) {
   ASSERT_EQ(nifCommitScene(scene), NIF_OK);
   EXPECT_EQ(query_all(scene, rays_), query_all(near, rays_));
   EXPECT_TRUE(intersect_all(scene, rays_) == intersect_all(near, rays_));
-  // The camera goes on by a millimetre: as if all instances went back by one.
+  // Moving the camera by a millimetre is the same as moving all instances back by one.
   const double moved[3] = {far_away[0] + 0x1p-10, far_away[1], far_away[2]};
   ASSERT_EQ(nifSetSceneOrigin(scene, moved), NIF_OK);
   ASSERT_EQ(nifCommitScene(scene), NIF_OK);
@@ -383,7 +382,7 @@ TEST_F(Instances, OriginsAddUpInDoublePrecision) {
   for (uint32_t i = 0; i < 12; ++i) ASSERT_EQ(nifSetInstanceOrigin(near, i, back), NIF_OK);
   ASSERT_EQ(nifCommitScene(near), NIF_OK);
   EXPECT_EQ(query_all(scene, rays_), query_all(near, rays_));
-  // And that is what transforms say that are moved by as much, where floats are fine enough.
+  // Where floats are fine enough, transforms moved by as much give the same.
   const Matrix exact{1, 0, 0, 0.25f, 0, 1, 0, -0.5f, 0, 0, 1, 1},
       shifted{1, 0, 0, 1.25f, 0, 1, 0, -0.5f, 0, 0, 1, 1};
   const double one[3] = {1, 0, 0};
@@ -410,7 +409,7 @@ TEST_F(Instances, OriginsThatMakeNoSenseAreRefused) {
   EXPECT_EQ(nifSetInstanceOrigin(scene, 0, huge), NIF_ERROR_INVALID_ARGUMENT);
   EXPECT_NE(std::string(nifGetErrorMessage()).find("too far"), std::string::npos) << nifGetErrorMessage();
   const Answers before = query_all(scene, rays_);
-  // A scene's origin is only known to be too far when all instances are moved.
+  // Only when all instances are moved does it turn out that a scene's origin is too far away.
   ASSERT_EQ(nifSetSceneOrigin(scene, huge), NIF_OK);
   EXPECT_EQ(nifCommitScene(scene), NIF_ERROR_INVALID_ARGUMENT);
   EXPECT_NE(std::string(nifGetErrorMessage()).find("instance 0"), std::string::npos) << nifGetErrorMessage();
@@ -419,7 +418,7 @@ TEST_F(Instances, OriginsThatMakeNoSenseAreRefused) {
   EXPECT_EQ(query_all(scene, rays_), before);
 }
 
-/// Changes of every kind, in any order, against a scene made anew.
+/// Compares changes of every kind, in any order, with a scene that is built from nothing.
 TEST_F(Instances, AnyChangesComeToTheSameAsANewScene) {
   for (uint64_t seed = 0; seed < 6; ++seed) {
     Random random(seed);

@@ -1,4 +1,4 @@
-// Every instruction set gives the reference's bits, whatever the batch looks like.
+// Every instruction set gives the reference's bits for any batch.
 #include <cmath>
 #include <cstring>
 
@@ -18,8 +18,8 @@ constexpr const char* kIsas[] = {"scalar",
                                  "avx512,memory=least",
                                  "neon,memory=least"};
 
-/// Tests with a device of the instruction set, and tables of either form; skipped where the machine has it
-/// not.
+/// Tests with a device of the instruction set, and tables of either form; skipped if the machine does not
+/// have it.
 class IsaTest : public RuntimeTest, public testing::WithParamInterface<const char*> {
  protected:
   void SetUp() override {
@@ -65,8 +65,8 @@ void IsaTest::ask_random_fields(uint64_t first, uint64_t end) {
 TEST_P(IsaTest, RandomFields) { ask_random_fields(0, 8); }
 TEST_P(IsaTest, ManyRandomFields) { ask_random_fields(8, 40); }
 
-/// Two features a corner have kernels of their own, and what these hold stands for the asset's bytes; except
-/// where there are features that no baker would put there.
+/// Objects with two features per corner have their own kernels, whose tables replace the asset's bytes;
+/// unless there are features where no baker would put them.
 void IsaTest::ask_two_features(uint64_t first, uint64_t end) {
   for (const bool odd_corners : {false, true}) {
     for (uint64_t seed = first; seed < end; ++seed) {
@@ -83,7 +83,7 @@ void IsaTest::ask_two_features(uint64_t first, uint64_t end) {
         const NifScene scene = scene_of(asset, object);
         const Answers answers = query_all(scene, rays);
         expect_reference(field, rays, answers);
-        // One by one, as the reference answers them from what the kernels hold.
+        // One by one, as the reference answers them from the kernels' tables.
         for (size_t i = 0; i < rays.size(); i += 7) {
           const Answers one = query_all(scene, {rays[i]});
           ASSERT_EQ(one.logit[0], answers.logit[i]) << "ray " << i;
@@ -104,8 +104,8 @@ void IsaTest::ask_two_features(uint64_t first, uint64_t end) {
 TEST_P(IsaTest, TwoFeatures) { ask_two_features(0, 6); }
 TEST_P(IsaTest, TwoFeaturesOfManyFields) { ask_two_features(6, 30); }
 
-/// Origins and ends on planes and corners of voxels and cells, directions along axes and diagonals: every tie
-/// there is.
+/// Origins and ends on planes and corners of voxels and cells, directions along axes and diagonals: every
+/// kind of tie.
 TEST_P(IsaTest, RaysThroughPlanesAndCorners) {
   for (uint64_t seed = 0; seed < 40; ++seed) {
     const format::AssetView& view = make(seed, {.objects = 1, .instances = 0, .max_voxels = 30});
@@ -128,8 +128,8 @@ TEST_P(IsaTest, RaysThroughPlanesAndCorners) {
   }
 }
 
-/// Rays along a row of voxels of which every other one is open: more ends of runs than kernels have room for,
-/// of one ray and of all.
+/// Rays along a row of voxels in which every other one is open: more ends of intervals than kernels have room
+/// for, for one ray and for all.
 TEST_P(IsaTest, ManyRuns) {
   Random random(1);
   file_ = format::encode(asset_of_a_row(1));
@@ -173,7 +173,7 @@ TEST_P(IsaTest, AnyBatchAndAlignment) {
   const auto rays = random_rays(random, view.objects[0].as<kernels::SegmentField>(), 2600);
   const Answers whole = query_all(scene, rays);
   for (const size_t count : {1, 2, 3, 4, 5, 8, 15, 16, 17, 31, 63, 65, 127, 1023, 1024, 1025, 2049, 2600}) {
-    // One byte off any alignment, in structures of an odd size.
+    // Misaligned by one byte, in structures of an odd size.
     constexpr size_t kStride = sizeof(NifRay) + 3;
     std::vector<char> bytes(count * kStride + 1);
     for (size_t i = 0; i < count; ++i) std::memcpy(bytes.data() + 1 + i * kStride, &rays[i], sizeof(NifRay));

@@ -1,6 +1,6 @@
-// Queries that several threads answer, with threads of the device's own and with the caller's task runner:
-// the same answers, nothing allocated, and an end whatever the runner does. Meant for the thread sanitizer,
-// too.
+// Queries that several threads answer, with the device's own threads and with the caller's task runner: they
+// give the same answers, allocate nothing, and end whatever the runner does. Also meant for the thread
+// sanitizer.
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
@@ -15,7 +15,7 @@
 namespace nif::test {
 namespace {
 
-/// An allocator that any thread may use, and that knows what is still allocated.
+/// A thread-safe allocator that knows what is still allocated.
 struct Allocations {
   std::atomic<int64_t> live = 0, calls = 0;
 
@@ -33,7 +33,7 @@ struct Allocations {
   }
 };
 
-/// A task runner of the caller's.
+/// The caller's task runner.
 struct Runner : Allocations {
   enum class When { never, inside, later, backwards, on_threads };
   struct Given {
@@ -112,14 +112,14 @@ class ThreadJobs : public RuntimeTest {
     rays_ = random_rays(random, view.objects[0].as<kernels::SegmentField>(), 20001);
     expected_ = std::make_unique<Answers>(query_all(whole_asset(load()), rays_));
   }
-  /// The asset's own instances, of a device of the test's.
+  /// The asset's own instances, on the test's device.
   NifScene whole_asset(NifAsset asset) {
     const NifScene scene = new_scene();
     EXPECT_EQ(nifAddAsset(scene, asset, nullptr, nullptr, nullptr), NIF_OK);
     EXPECT_EQ(nifCommitScene(scene), NIF_OK);
     return scene;
   }
-  /// The same scene on another device, which it alone keeps alive.
+  /// The same scene on another device, which only the scene keeps alive.
   NifScene scene_on(const char* config, const NifDeviceCallbacks* callbacks) {
     NifDevice device = nullptr;
     NifAsset asset = nullptr;
@@ -182,7 +182,7 @@ TEST_F(ThreadJobs, Asynchronous) {
     constexpr size_t kJobs = 5;
     std::vector<Answers> answers(kJobs, Answers(rays_.size()));
     NifJob jobs[kJobs];
-    char unused = 7;  // scratch that no query would take
+    char unused = 7;  // scratch that no query would accept
     for (size_t k = 0; k < kJobs; ++k) {
       NifRays query = nifMakeRays(rays_.data(), rays_.size());
       const NifAnswers outputs = answers[k].outputs();
@@ -190,7 +190,7 @@ TEST_F(ThreadJobs, Asynchronous) {
       query.scratch_bytes = sizeof(unused);
       ASSERT_EQ(nifQueryAsync(scene, &query, &outputs, &jobs[k]), NIF_OK);
     }
-    // The first two by asking, the others by waiting, the last from two threads.
+    // Polls the first two, waits for the others, and for the last from two threads.
     for (size_t k = 0; k < 2; ++k) {
       for (uint32_t done = 0; !done; std::this_thread::yield())
         ASSERT_EQ(nifIsJobDone(jobs[k], &done), NIF_OK);
@@ -221,7 +221,7 @@ TEST_F(ThreadJobs, EverythingReleasedBeforeItIsDone) {
     ASSERT_EQ(nifQueryAsync(scene, &query, &outputs, &job), NIF_OK);
     nifReleaseJob(job);
     nifReleaseScene(scene);
-    // The device's own threads end the job, and with it scene and device.
+    // The device's own threads finish the job, and thereby destroy the scene and the device.
     while (memory.live != 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     EXPECT_EQ(answers, *expected_);
   }
@@ -286,7 +286,7 @@ TEST_F(ThreadJobs, RunnersOfTheCaller) {
     EXPECT_EQ(query_all(scene, rays_), *expected_);
     EXPECT_EQ(runner.submitted, 2u) << "the calling thread works, too";
     const int64_t before = runner.calls;
-    for (int round = 0; round < 30; ++round)  // more than the device has ready where tasks never run
+    for (int round = 0; round < 30; ++round)  // more jobs than the device has ready if tasks never run
       EXPECT_EQ(query_all(scene, rays_), *expected_);
     EXPECT_EQ(runner.calls, before);
 
@@ -318,7 +318,7 @@ TEST_F(ThreadJobs, RunnersOfTheCaller) {
 }
 
 TEST_F(ThreadJobs, RunnerThatIsOutOfOrder) {
-  // Several jobs at once, whose tasks run from the last to the first, of which one job's alone on time.
+  // Several jobs at once; their tasks run in reverse order, and only one job's in time.
   Runner runner(Runner::When::backwards);
   const NifDeviceCallbacks callbacks = runner.callbacks();
   const NifScene scene = scene_on("threads=3", &callbacks);
@@ -339,7 +339,7 @@ TEST_F(ThreadJobs, RunnerThatIsOutOfOrder) {
   EXPECT_EQ(done[0], 0u);
   ASSERT_EQ(nifWaitJob(jobs[1]), NIF_OK);
   EXPECT_EQ(answers[1], *expected_);
-  nifReleaseJob(jobs[0]);  // before anybody has begun on it
+  nifReleaseJob(jobs[0]);  // before any thread has started it
   nifReleaseScene(scene);
   runner.run_what_was_given();
   for (size_t k = 0; k < kJobs; ++k) EXPECT_EQ(answers[k], *expected_) << k;
@@ -352,7 +352,7 @@ TEST_F(ThreadJobs, RunnerThatIsOutOfOrder) {
 }
 
 TEST_F(ThreadJobs, BadRays) {
-  // Any bits at all, on several threads and later, are answered as on one thread and at once.
+  // Arbitrary bits get the same answers on several threads and later as on one thread and at once.
   std::vector<NifRay> noise(20001);
   Random random(3);
   for (NifRay& ray : noise) {
@@ -391,7 +391,7 @@ TEST_F(ThreadJobs, RunnerAfterEverythingIsReleased) {
 }
 
 TEST_F(ThreadJobs, RunnerOfOneThread) {
-  // threads=1: queries do not leave their thread, asynchronous ones are one task.
+  // threads=1: queries stay on their thread, and asynchronous ones are one task.
   Runner runner(Runner::When::on_threads);
   const NifDeviceCallbacks callbacks = runner.callbacks();
   const NifScene scene = scene_on("threads=1", &callbacks);
@@ -410,7 +410,7 @@ TEST_F(ThreadJobs, RunnerOfOneThread) {
 }
 
 TEST_F(ThreadJobs, CancelledJobsLeaveOutWhatNobodyHasBegun) {
-  // Nobody runs the tasks, so nothing is begun before the job is cancelled.
+  // The runner does not run the tasks, so nothing is started before the job is cancelled.
   Runner runner(Runner::When::later);
   const NifDeviceCallbacks callbacks = runner.callbacks();
   const NifScene scene = scene_on("threads=3", &callbacks);

@@ -1,5 +1,5 @@
-// Scenes of many instances: the hierarchy and its waves say what a plain loop over all instances says, after
-// whatever changes, and take the memory that they may.
+// Scenes of many instances: the hierarchy and its rounds give the answers of a plain loop over all instances,
+// after any changes, and take no more memory than they may.
 #include <cstring>
 
 #include "tests/runtime/plain_scene.hpp"
@@ -65,7 +65,7 @@ TEST_F(ManyInstances, EqualAPlainLoop) {
       certainly += !answers.visible[i] && answers.certain[i];
       asked += std::abs(answers.logit[i]) != NIF_LOGIT_CERTAIN;
     }
-    // The visible bit alone lets rays stop early; one ray at a time is another block size.
+    // With only the visible bit rays stop early; single rays use another block size.
     Answers only(rays.size());
     NifRays query = nifMakeRays(rays.data(), rays.size());
     auto outputs = nifkit::sized<NifAnswers>();
@@ -88,7 +88,7 @@ TEST_F(ManyInstances, BoundsHoldEveryBox) {
   fill(40, 2, 300, 20);
   auto info = nifkit::sized<NifSceneInfo>();
   ASSERT_EQ(nifGetSceneInfo(scene_, &info), NIF_OK);
-  // Rays that start outside the bounds and do not enter them meet nothing, for certain.
+  // Rays that start outside the bounds and do not enter them certainly meet nothing.
   Random random(40);
   std::vector<NifRay> rays(500);
   for (NifRay& ray : rays) {
@@ -147,7 +147,7 @@ TEST_F(ManyInstances, AddedAndMovedBetweenCommits) {
 }
 
 TEST_F(ManyInstances, OddArrangements) {
-  // All at one place, in one line, far apart, extremely large: builds, and answers as the plain loop.
+  // All in one position, in a line, far apart, extremely large: it builds, and answers like the plain loop.
   for (int arrangement = 0; arrangement < 5; ++arrangement) {
     SCOPED_TRACE(arrangement);
     const format::AssetView& view = make(uint64_t(70 + arrangement));
@@ -177,7 +177,7 @@ TEST_F(ManyInstances, OddArrangements) {
 }
 
 TEST_F(ManyInstances, TenThousand) {
-  // Turned instances: a grid of them, as an army is, and any number of them anywhere, as a forest is.
+  // Rotated instances: in a grid, like an army, and anywhere, like a forest.
   RandomAssetOptions options;
   options.objects = 1;
   options.instances = 0;

@@ -1,4 +1,4 @@
-// Assets of very many objects: what they share is there once, whatever the kernels make of it.
+// Assets with very many objects: shared data is stored once, whatever the kernels make of it.
 #include "tests/support/many_objects.hpp"
 
 #include "tests/runtime/runtime_fixture.hpp"
@@ -6,7 +6,7 @@
 namespace nif::test {
 namespace {
 
-/// What the library holds, and held at most.
+/// Bytes that the library holds now, and the most that it held.
 struct Held {
   uint64_t now = 0, most = 0;
 

@@ -1,5 +1,5 @@
-// Every call of the C interface where there is no memory: it says so or does without, nothing crashes,
-// nothing is lost, and the next call works. A program of its own: it replaces operator new.
+// Every call of the C interface without memory: it reports that or does without, nothing crashes or leaks,
+// and the next call works. A separate program, because it replaces operator new.
 #include <gtest/gtest.h>
 #include <nif/nif.h>
 
@@ -14,11 +14,11 @@
 
 namespace {
 
-/// Allocations of the library, by operator new and by the device's callbacks, count together. Those of the
-/// test itself are left alone.
+/// The library's allocations, by operator new and by the device's callbacks, count together. The test's own
+/// never fail.
 std::atomic<bool> watched{false};
 std::atomic<int64_t> left{0};       ///< until one fails
-std::atomic<bool> only_one{false};  ///< that one alone fails, else all that follow, too
+std::atomic<bool> only_one{false};  ///< only that one fails; otherwise all later ones, too
 std::atomic<int64_t> failed{0}, alive{0};
 
 bool fails() {
@@ -78,7 +78,7 @@ NifDeviceCallbacks callbacks() {
   return result;
 }
 
-/// All calls, one after the other. Those that fail are tried once more, with memory, so that all are reached.
+/// All calls, one after the other. Calls that fail are repeated with memory, so that all are reached.
 class Everything {
  public:
   Everything(const std::string& path, std::span<const std::byte> file, const std::vector<NifRay>& rays,
@@ -197,7 +197,7 @@ TEST(NoMemoryInTheRuntime, EveryCallSaysSoAndTheNextWorks) {
     for (const bool own_allocator : {true, false}) {
       for (const bool once : {true, false}) {
         int64_t reached = 1;
-        // Each of the first ones, and some of the others, which are alike.
+        // All of the first ones, and some of the others, which are similar.
         for (int64_t number = 0; reached > 0; number += 1 + number / 8) {
           only_one = once;
           left = number;

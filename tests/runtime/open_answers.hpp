@@ -1,4 +1,4 @@
-// What nifQueryOpen gives, for the tests that ask it.
+// Calls nifQueryOpen for tests, and holds its answers.
 #pragma once
 
 #include <algorithm>
@@ -41,7 +41,7 @@ inline OpenAnswers query_open(NifScene scene, const std::vector<NifRay>& rays, s
   return answers;
 }
 
-/// Rays near the objects of an asset, and some that are none.
+/// Rays near the objects of an asset, and some invalid ones.
 inline std::vector<NifRay> rays_near(const format::AssetView& view, uint64_t seed, size_t count) {
   Random random(seed);
   std::vector<NifRay> rays;

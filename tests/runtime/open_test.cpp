@@ -1,4 +1,4 @@
-// nifQueryOpen: what is proven is answered as ever, and what is not is listed, with the part that matters.
+// nifQueryOpen: proven rays are answered as usual, and the others are listed, with the interval that matters.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -116,7 +116,7 @@ TEST_F(RuntimeTest, OpenRaysAreCountedWhereThereIsNoRoom) {
   }
 }
 
-/// What blocks an open ray does so in the part that is listed.
+/// Whatever blocks an open ray does so in the listed interval.
 TEST(OpenParts, HaveAllThatTrianglesCanBlock) {
   uint64_t open = 0, blocked = 0;
   for (uint64_t seed = 0; seed < 200; ++seed) {

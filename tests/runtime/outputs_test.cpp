@@ -1,4 +1,5 @@
-// One object: the runtime says what the reference says, for every layout of rays and every set of outputs.
+// With one object the runtime gives the reference's answers, for every layout of rays and every set of
+// outputs.
 #include <algorithm>
 #include <cfenv>
 #include <cmath>

@@ -1,4 +1,5 @@
-// A scene as the simplest program would answer it: every ray asks every instance, by the reference.
+// Answers a scene as the simplest program would: every ray is tested against every instance, by the
+// reference.
 #pragma once
 
 #include "kernels/reference/instance.hpp"
@@ -62,7 +63,7 @@ class PlainScene {
   std::vector<Placed> instances_;
 };
 
-/// Anything: near the origin or far, turned, sheared, mirrored, stretched.
+/// Any transform: near the origin or far, rotated, sheared, mirrored, stretched.
 inline Matrix random_transform(Random& random, float spread) {
   Matrix transform;
   for (;;) {
@@ -78,7 +79,7 @@ inline Matrix random_transform(Random& random, float spread) {
   }
 }
 
-/// Long and short rays all over a cube, some along axes, some that are none.
+/// Long and short rays all over a cube, some along axes, some invalid.
 inline std::vector<NifRay> rays_in_cube(Random& random, float side, size_t count) {
   std::vector<NifRay> rays(count);
   for (NifRay& ray : rays) {

@@ -1,5 +1,5 @@
-// What queries may use: no memory that they allocate, by any allocator, and 16 kB of stack. A program of its
-// own, because it counts every call of malloc and its like.
+// The resources of queries: they allocate no memory, by any allocator, and use at most 16 kB of stack. A
+// separate program, because it counts every call of malloc and the like.
 #include <pthread.h>
 
 #include <atomic>
@@ -13,7 +13,8 @@ namespace {
 std::atomic<int64_t> allocations = 0;
 }
 
-// glibc's own names for what is replaced here; operator new, new_delete_resource and all else end in these.
+// glibc's own names for the functions replaced here; operator new, new_delete_resource and all others call
+// them.
 extern "C" {
 void* __libc_malloc(size_t bytes);
 void* __libc_calloc(size_t count, size_t bytes);
@@ -136,7 +137,7 @@ TEST_P(ThreadResources, NothingIsAllocated) {
   ask(*this, answers, scratch, bytes);
   check(nifWaitJob(job));
   check(nifIsJobDone(job, &done));
-  // The others of which nif.h says so.
+  // The other calls that allocate nothing according to nif.h.
   check(nifGetQueryScratchBytes(scenes_[0], 5, &bytes));
   check(nifGetDeviceInfo(device_, &device_info));
   check(nifGetAssetInfo(assets_[0], &asset_info));
@@ -155,7 +156,7 @@ TEST_P(ThreadResources, NothingIsAllocated) {
 }
 
 TEST_P(ThreadResources, LittleStack) {
-  // A thread on a stack that is painted before, so that it shows how far down it was used.
+  // Runs a thread on a stack filled with a pattern, which shows how much of the stack was used.
   constexpr size_t kStack = 256 * 1024;
   constexpr unsigned char kPaint = 0xa5;
   auto* stack = static_cast<unsigned char*>(std::aligned_alloc(4096, kStack));

@@ -1,4 +1,4 @@
-// A row of voxels of which every other one is open: rays along it have more open cells than kernels have room
+// A row of voxels in which every other one is open: rays along it have more open cells than kernels have room
 // for.
 #pragma once
 
@@ -16,7 +16,7 @@ inline format::Asset asset_of_a_row(uint64_t seed) {
   row.voxels = {kernels::kMaxVoxels, 1, 1};
   row.levels = 0;
   row.brick_table.clear();
-  // Surface and unknown by turns, with no features.
+  // Surface and unknown voxels alternate, without features.
   const uint32_t bricks = kernels::kMaxVoxels / kernels::kBrickSide;
   for (uint32_t b = 0; b < bricks; ++b) row.brick_table.push_back(uint16_t(kernels::kFirstMixedBrick + b));
   row.brick_table.push_back(kernels::kBrickOutside);
@@ -29,7 +29,7 @@ inline format::Asset asset_of_a_row(uint64_t seed) {
   return asset;
 }
 
-/// From anywhere in the row to its end, or only a few voxels far.
+/// From anywhere in the row to its end, or only a few voxels long.
 inline std::vector<NifRay> rays_in_a_row(Random& random, const kernels::SegmentField& field, size_t count) {
   std::vector<NifRay> rays(count);
   for (NifRay& ray : rays) {

@@ -1,4 +1,4 @@
-// What the runtime's tests share: an encoded random asset, and the reference's answers to compare with.
+// The fixture of the runtime's tests: an encoded random asset, and the reference's answers to compare with.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -101,7 +101,7 @@ struct Answers {
   std::vector<int32_t> logit;
 };
 
-/// Of one ray: whether it is visible, and nothing else.
+/// For one ray: only whether it is visible.
 inline NifAnswers only_visible(uint8_t* visible) {
   auto answers = nifkit::sized<NifAnswers>();
   answers.visible = visible;

@@ -1,4 +1,4 @@
-// Instances: transforms take rays to object space, and several answers become one as nif.h says.
+// Instances: transforms map rays to object space, and several answers are combined as nif.h says.
 #include <cmath>
 #include <limits>
 
@@ -9,7 +9,7 @@ namespace {
 
 class Scenes : public RuntimeTest {};
 
-/// The ray through the transform, exactly where its numbers are powers of two or permutations.
+/// Transforms the ray; exact if the transform's numbers are powers of two or it permutes axes.
 NifRay moved(const NifRay& ray, const Matrix& m) {
   NifRay result = ray;
   for (size_t row = 0; row < 3; ++row) {
@@ -84,10 +84,10 @@ TEST_F(Scenes, NothingIsCertainWherePrecisionIsLost) {
   };
   const auto before = certain_with(kIdentity, kIdentity);
   EXPECT_GT(before, 0);
-  // Far from the world's origin, with the instance: as good as there.
+  // Far from the world's origin, together with the instance: as precise as near it.
   const Matrix far{1, 0, 0, 1024, 0, 1, 0, 0, 0, 0, 1, 0};
   EXPECT_GT(certain_with(far, far), before / 2);
-  // Rays from afar, a needle, a matrix with almost no inverse: an answer, but no promise.
+  // Rays from far away, a needle, a nearly singular matrix: an answer, but not a certain one.
   const Matrix away{1, 0, 0, 1e6f, 0, 1, 0, 0, 0, 0, 1, 0}, needle{1e4f, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0},
       skewed{1, 1, 0, 0, 1, 1.0000005f, 0, 0, 0, 0, 1, 0};
   for (const Matrix& bad : {needle, skewed}) EXPECT_EQ(certain_with(bad, kIdentity), 0);
@@ -102,7 +102,7 @@ TEST_F(Scenes, SeveralInstancesCombine) {
     const NifScene whole = new_scene();
     std::vector<NifScene> single;
     for (uint32_t object = 0; object < view.objects.size(); ++object) {
-      // All at the same place and about the same size, so that many rays meet several.
+      // All in the same position and of about the same size, so that many rays meet several.
       const kernels::SegmentField &field = view.objects[object].as<kernels::SegmentField>(),
                                   &first = view.objects[0].as<kernels::SegmentField>();
       const float scale = std::exp2(std::round(std::log2(field.voxels_per_unit / first.voxels_per_unit)));
@@ -132,7 +132,7 @@ TEST_F(Scenes, SeveralInstancesCombine) {
       ASSERT_EQ(answers.visible[i], visible);
       ASSERT_EQ(answers.certain[i], certainly_occluded || (visible && all_certain));
       ASSERT_EQ(answers.logit[i], logit);
-      // One factor alone may be less than a float can say, and the product of all is not made of floats.
+      // A single factor may be too small for a float, so the product is not computed in floats.
       if (probability < std::numeric_limits<float>::min()) {
         ASSERT_LT(answers.probability[i], std::numeric_limits<float>::min());
       } else {
@@ -147,8 +147,8 @@ TEST_F(Scenes, SeveralInstancesCombine) {
   EXPECT_GT(mixed, 0u);
 }
 
-/// The walls of boxes lie outside of their objects. A ray along one that has two ends misses, whatever the
-/// other axes say, so that it misses all boxes within, too, and a hierarchy changes nothing.
+/// The walls of boxes are outside their objects. A ray along a wall, with finite ends, misses whatever the
+/// other axes say. So it also misses all boxes inside, and a hierarchy changes nothing.
 TEST(BoxRule, ARayAlongAWallMisses) {
   const kernels::WorldBox box{{-1, -2, -3}, {1, 2, 3}};
   for (size_t along = 0; along < 3; ++along)
@@ -169,14 +169,14 @@ TEST(BoxRule, ARayAlongAWallMisses) {
       }
 }
 
-/// Nor because t is about as large as a float can be: what is computed of it overflows, and tmax does not.
+/// The same if t is almost too large for a float: values computed from it overflow, and tmax does not.
 TEST(BoxRule, TheEndsOfTheFloatsAreNoWalls) {
   constexpr float kSize = 0x1p50f;
   const kernels::WorldBox box{{-kSize, -kSize, -kSize}, {kSize, kSize, kSize}};
   Random random(3);
   uint64_t met = 0;
   for (int i = 0; i < 100'000; ++i) {
-    // It is within at tmax, and then, the other way round, at tmin.
+    // It is inside at tmax, and then, reversed, at tmin.
     kernels::Segment ray{{}, {}, 0, std::numeric_limits<float>::max()};
     bool within = true;
     for (int a = 0; a < 3; ++a) {
@@ -197,8 +197,9 @@ TEST(BoxRule, TheEndsOfTheFloatsAreNoWalls) {
   EXPECT_GT(met, 10'000u);
 }
 
-/// A box is not missed because a number overflows, or a direction's component is as good as 0: a ray that a
-/// triangle stops, wherever it starts and however slow it is, is not certain to be visible among others.
+/// Overflows, or components of the direction near 0, do not make a ray miss a box: a ray that a triangle
+/// blocks is never certainly visible among several instances, wherever it starts and however short its
+/// direction is.
 TEST_F(Scenes, NoBoxIsMissedForWantOfNumbers) {
   const format::AssetView& view = make(0, {.objects = 1, .instances = 0, .bvhs = 1});
   const kernels::TrianglesField& field = view.objects[1].as<kernels::TrianglesField>();
@@ -211,7 +212,7 @@ TEST_F(Scenes, NoBoxIsMissedForWantOfNumbers) {
     ASSERT_EQ(nifAddInstance(both, asset, 1, there.data(), nullptr), NIF_OK);
     ASSERT_EQ(nifAddInstance(both, asset, 1, aside.data(), nullptr), NIF_OK);
     ASSERT_EQ(nifCommitScene(both), NIF_OK);
-    // Along x, through the object's middle parts; the same rays from nearby say what is there.
+    // Along x, through the object's middle parts; the same rays from nearby give the expected answers.
     std::vector<NifRay> rays, nearby;
     for (int i = 0; i < 10000; ++i) {
       const kernels::Segment inside = random_segment(random, field);
@@ -227,7 +228,7 @@ TEST_F(Scenes, NoBoxIsMissedForWantOfNumbers) {
     }
     const Answers what = query_all(alone, nearby), answers = query_all(both, rays);
     for (size_t i = 0; i < rays.size(); ++i) {
-      // Whether it gets there, and is moved by nothing on the way.
+      // Does it reach the object, without being moved by rounding on the way?
       const double t = (double(place) - double(rays[i].origin[0])) / double(rays[i].direction[0]);
       const bool aslant =
           t * double(std::max(std::abs(rays[i].direction[1]), std::abs(rays[i].direction[2]))) > 1e-6;
@@ -270,7 +271,7 @@ TEST_F(Scenes, WholeAssets) {
   const auto rays = random_rays(random, view.objects[2].as<kernels::SegmentField>(), 500);
   EXPECT_EQ(query_all(whole, rays), query_all(parts, rays));
 
-  // Without instances of its own, each object once.
+  // A file without instances: each object once.
   RandomAssetOptions options;
   options.instances = 0;
   make(6, options);

@@ -1,4 +1,4 @@
-// `spherical` objects through the runtime: the reference's bits with every instruction set, in any batch,
+// `spherical` objects in the runtime give the reference's bits with every instruction set, in any batch,
 // alone and among others.
 #include <cmath>
 
@@ -90,8 +90,8 @@ TEST_P(RuntimeSpherical, SharesASceneWithOthers) {
                      !(std::abs(x) * kernels::reach_scale(format::field_of(object)) > kernels::kCertainReach);
         blocked_by_spherical += object.is<kernels::SphericalField>() && !answer.visible;
       }
-      // From farther away a ray that passes beside a box may ask the network where the object is alone,
-      // because the box is grown by what rounding may be, and be kept from it by the box in a scene.
+      // From farther away, a ray that passes close to the object's box may query the network if the object is
+      // alone, because the box is enlarged for rounding; in a scene, the instance's box may exclude it.
       if (in_reach) {
         ASSERT_EQ(answers.visible[i] != 0, visible) << "seed " << seed << " ray " << i;
       }

@@ -1,6 +1,6 @@
-// Everything that may be done at the same time, at the same time, for a while: threads load assets, build and
-// change scenes of their own, query a scene of all, start jobs and release handles, in random order. Every
-// answer is compared. Meant for the thread sanitizer; tests/nightly.sh runs it for an hour.
+// Does everything concurrently that may be done so: threads load assets, build and change their own scenes,
+// query a shared scene, start jobs and release handles, in random order. Every answer is compared. Meant for
+// the thread sanitizer; tests/nightly.sh runs it for an hour.
 #include <atomic>
 #include <chrono>
 #include <cstdlib>
@@ -17,7 +17,7 @@ struct alignas(NIF_ASSET_ALIGNMENT) Block {
   std::byte bytes[NIF_ASSET_ALIGNMENT];
 };
 
-/// What all threads share, and what is known of it.
+/// What all threads share, with the expected answers.
 struct Shared {
   NifDevice device;
   NifAsset asset;
@@ -26,15 +26,15 @@ struct Shared {
   uint64_t file_bytes;
   std::vector<NifRay> rays;
   Answers answers;                           ///< of the scene
-  std::vector<Matrix> transforms;            ///< that instances are placed by
-  std::vector<std::vector<Answers>> placed;  ///< by object and transform: of a scene of that alone
+  std::vector<Matrix> transforms;            ///< of instances
+  std::vector<std::vector<Answers>> placed;  ///< [object][transform] of a scene of only that instance
 };
 
 class Worker {
  public:
   Worker(const Shared& shared, uint64_t seed) : shared_(shared), random_(seed) {}
 
-  /// One step; which one is random. False where an answer or a code was wrong.
+  /// Takes one random step. Returns false if an answer or a code was wrong.
   bool step() {
     switch (random_.below(6)) {
       case 0:
@@ -56,7 +56,7 @@ class Worker {
  private:
   bool query(NifScene scene, const Answers& expected) { return query_all(scene, shared_.rays) == expected; }
 
-  /// The asset anew, in a scene that outlives its handle.
+  /// Loads the asset again, into a scene that outlives its handle.
   bool load_and_release() {
     NifAsset asset = nullptr;
     NifScene scene = nullptr;
@@ -74,7 +74,7 @@ class Worker {
     return good;
   }
 
-  /// One instance in a scene of this thread, moved and asked again and again.
+  /// Moves and queries one instance in a scene of this thread, again and again.
   bool change_own_scene() {
     if (!scene_ || random_.below(16) == 0) {
       nifReleaseScene(scene_);
@@ -88,7 +88,7 @@ class Worker {
            nifCommitScene(scene_) == NIF_OK && query(scene_, shared_.placed[object_][transform]);
   }
 
-  /// Two jobs on the scene of all; what is waited for is complete.
+  /// Two jobs on the shared scene; a job that was waited for is complete.
   bool start_jobs() {
     Answers first(shared_.rays.size()), second(shared_.rays.size());
     bool good = true;
@@ -117,7 +117,7 @@ class Worker {
     return good;
   }
 
-  /// A message of this thread's own, and a released handle.
+  /// This thread's own message, and a released handle.
   bool fail() {
     NifAsset asset = nullptr;
     const bool refused = nifLoadAssetMemory(shared_.device, shared_.file, shared_.file_bytes - 1,
@@ -137,7 +137,7 @@ class Worker {
 
 class Stress : public RuntimeTest {
  protected:
-  /// Four threads for so many seconds, on a device whose queries use two.
+  /// Runs four threads for this many seconds, on a device whose queries use two.
   void run(double seconds) {
     RandomAssetOptions options;
     options.objects = 2;
@@ -181,7 +181,7 @@ class Stress : public RuntimeTest {
 
 TEST_F(Stress, ForASecond) { run(1); }
 
-/// NIF_STRESS_SECONDS says for how long instead.
+/// NIF_STRESS_SECONDS sets another duration.
 TEST_F(Stress, ForHalfAMinute) {
   const char* seconds = std::getenv("NIF_STRESS_SECONDS");
   run(seconds ? std::atof(seconds) : 30);

@@ -1,12 +1,12 @@
-// What happens to programs with an older header once a structure has grown: no structure of nif.h has yet, so this is
-// about one that nif.h does not have.
+// Programs with an older header keep working once a structure has grown. No structure of nif.h has grown yet,
+// so this tests one that nif.h does not have.
 #include "api/structure.hpp"
 
 #include <gtest/gtest.h>
 
 namespace nif::runtime {
 
-/// It had two members once, and has three today.
+/// It once had two members, and has three today.
 struct Grown {
   uint64_t struct_size, first, added;
 };

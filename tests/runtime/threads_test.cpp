@@ -55,7 +55,7 @@ TEST_F(Threads, ShareDeviceAndAsset) {
 }
 
 TEST_F(Threads, MakeAndReleaseHandles) {
-  // The table of handles grows, and slots are used again, while others look theirs up.
+  // The table of handles grows, and slots are reused, while other threads look up theirs.
   make(3);
   const NifAsset asset = load();
   std::atomic<int> wrong = 0;

@@ -1,4 +1,4 @@
-// nif.hpp: the same answers with handles that release themselves and errors that are thrown.
+// nif.hpp gives the same answers as nif.h, with handles that release themselves, and errors as exceptions.
 #include "tests/runtime/runtime_fixture.hpp"
 
 namespace nif::test {

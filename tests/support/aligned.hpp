@@ -1,4 +1,4 @@
-// Aligned memory. std::aligned_alloc would do, but for Windows, which lacks it.
+// Allocates aligned memory: Windows lacks std::aligned_alloc.
 #pragma once
 
 #include <cstddef>
@@ -6,7 +6,7 @@
 
 namespace nif::test {
 
-/// Null where there is no memory. For free_aligned() of the same alignment, a power of two.
+/// Returns null if there is no memory. Free it by free_aligned() with the same alignment, a power of two.
 inline void* allocate_aligned(size_t alignment, size_t bytes) {
   return ::operator new (bytes, std::align_val_t{alignment}, std::nothrow);
 }
@@ -14,7 +14,7 @@ inline void free_aligned(size_t alignment, void* memory) {
   ::operator delete (memory, std::align_val_t{alignment});
 }
 
-/// Bytes as assets and scratch want them: aligned to 64.
+/// Bytes aligned to 64, as assets and scratch need.
 class AlignedBytes {
  public:
   explicit AlignedBytes(size_t bytes) : memory_(::operator new (bytes, std::align_val_t{64})) {}

@@ -1,12 +1,12 @@
 // answer_rays write|compare FILE ASSET ISA RAYS
 // answer_rays speed         -    ASSET ISA RAYS
 //
-// Asks the asset's first object on one thread, so that one system's answers and speed can be compared with
+// Queries the asset's first object on one thread, so that one system's answers and speed can be compared with
 // another's (docs/results/platforms.sh). FILE gets each ray's logit, whether it is certain and, bit for bit,
-// where it first meets the object; `compare` counts the rays that differ. Prints, tab-separated: ISA, million
-// rays a second of the fastest of the queries for `visible`, the rays, and how many differ. Ends with 1 where
-// any does. `speed` asks the same 2,000 rays again and again: so short a query is likely to be left alone by
-// what else the machine does.
+// its first hit; `compare` counts the rays that differ. Prints, tab-separated: ISA, million rays per second
+// of the fastest query for `visible`, the rays, and how many differ. Ends with 1 if any does. `speed` queries
+// the same 2,000 rays again and again: so short a query is unlikely to be disturbed by other work of the
+// machine.
 #include <nif/nif.hpp>
 
 #include <algorithm>

@@ -1,6 +1,6 @@
-// Files with one fault that nothing but the reader's check of bricks can see: a surface voxel of a brick at
-// the grid's end stands beyond the grid. All counts agree, all checksums are right. A fast kernel that met
-// such a voxel would look for its corners behind the last brick.
+// Makes files with one fault that only the reader's check of bricks can find: a surface voxel of a brick at
+// the grid's end is outside the grid. All counts agree, all checksums are right. A fast kernel that met such
+// a voxel would read its corners after the last brick.
 #pragma once
 
 #include <optional>
@@ -24,8 +24,8 @@ inline const BeyondGrid kBeyondGrid[] = {{"segment", {.objects = 1, .instances =
                                          {"exact", {.objects = 0, .instances = 1, .exacts = 1}},
                                          {"proof", {.objects = 0, .instances = 1, .proofs = 1}}};
 
-/// Moves one surface voxel of a brick, the last that allows it, to a place beyond the grid. None where no
-/// brick has both; else the number of the mixed brick.
+/// Moves one surface voxel of a brick, the last possible, outside the grid. Returns the number of the mixed
+/// brick, or none if no brick allows it.
 inline std::optional<size_t> move_beyond(format::PlanesData& grid) {
   const uint32_t across = format::bricks_for(grid.voxels[0]), down = format::bricks_for(grid.voxels[1]);
   for (size_t number = grid.brick_table.size(); number-- > 0;) {

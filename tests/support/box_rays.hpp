@@ -1,5 +1,5 @@
-// Rays through an object's box and about it, the same on every system: from a generator of their own, so that
-// nothing but the runtime needs to be compiled for another machine.
+// Makes rays through and around an object's box, the same on every system: by its own generator, so that only
+// the runtime needs to be compiled for another machine.
 #pragma once
 
 #include <nif/nif.h>

@@ -1,4 +1,4 @@
-// What nifIntersect gives, in arrays, and how many rays two such answers differ for.
+// Holds the outputs of nifIntersect, and counts the rays for which two of them differ.
 #pragma once
 
 #include <nif/nif.h>
@@ -62,7 +62,7 @@ struct FirstHits {
   std::vector<uint64_t> user;
 };
 
-/// Rays for which a bit of any output differs.
+/// Counts the rays with a different bit in any output.
 inline size_t count_different_hits(const FirstHits& a, const FirstHits& b) {
   std::vector<uint8_t> differs(a.hit.size());
   if (differs.empty()) return 0;

@@ -1,4 +1,4 @@
-// Shares no code with the reader under test.
+// Builds glTF files without any code of the reader under test.
 #include "tests/support/gltf.hpp"
 
 #include <cstring>

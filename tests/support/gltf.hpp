@@ -1,4 +1,4 @@
-// A builder of glTF documents.
+// Builds glTF documents for tests.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -16,7 +16,7 @@ std::string raw(const std::vector<T>& values) {
   return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
 }
 
-/// A glTF document under construction: `json` is open to any change before it is written.
+/// A glTF document under construction: tests may change `json` before it is written.
 struct Gltf {
   nlohmann::json json = {{"asset", {{"version", "2.0"}}}};
   std::string data;  ///< the first buffer, and the only one with data
@@ -31,7 +31,7 @@ struct Gltf {
   int mesh(int positions, int indices, const char* name = nullptr, int mode = 4);
   int node(nlohmann::json node);
   void scene(std::vector<int> roots);
-  /// A node in scene 0, `carrier`, that carries a camera or a light by KHR_lights_punctual; its number.
+  /// Adds a node in scene 0, `carrier`, with a camera or a light by KHR_lights_punctual; returns its number.
   int camera(nlohmann::json definition, nlohmann::json carrier = nlohmann::json::object());
   int light(nlohmann::json definition, nlohmann::json carrier = nlohmann::json::object());
 

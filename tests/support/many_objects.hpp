@@ -1,12 +1,12 @@
-// A crafted asset: as many objects as fit into a file, all of them as small as can be, that share networks as
-// large as can be.
+// A crafted asset: as many objects as fit into a file, as small as possible, which share networks as large as
+// possible.
 #pragma once
 
 #include "tests/support/random_asset.hpp"
 
 namespace nif::test {
 
-/// A third of the objects in each encoding; every tenth has a field for primary rays, each is placed once.
+/// A third of the objects has each encoding; every tenth has a field for primary rays; each is placed once.
 inline format::Asset many_objects(uint32_t count) {
   Random random(1);
   format::Asset asset;

@@ -1,4 +1,4 @@
-// Memory that is measured.
+// A memory resource that measures how much memory is used.
 #pragma once
 
 #include <algorithm>
@@ -7,7 +7,7 @@
 
 namespace nif::test {
 
-/// Knows the most that was held at a time.
+/// Records the most bytes that were held at a time.
 class Meter : public std::pmr::memory_resource {
  public:
   size_t most() const { return most_; }

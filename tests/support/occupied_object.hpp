@@ -1,5 +1,5 @@
-// A mesh with its ground truth, its occupancy and its planes, and features still zero: what most tests of the
-// baker start from.
+// The start of most tests of the baker: a mesh with its ground truth, its occupancy and its planes, with
+// features that are still zero.
 #pragma once
 
 #include <memory>
@@ -11,7 +11,7 @@
 
 namespace nif::test {
 
-/// How cells are to be made.
+/// How cells are made.
 struct CellOptions {
   uint32_t levels = 0;
   double thickness = 1.5;                     ///< times the bias

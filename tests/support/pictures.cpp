@@ -1,5 +1,5 @@
-// Good pictures come from libpng and libjpeg. Pictures that no encoder would write, with false sizes or
-// huge factors, are put together byte by byte.
+// Makes valid pictures by libpng and libjpeg, and assembles byte by byte what no encoder would write: wrong
+// sizes or huge factors.
 #include "tests/support/pictures.hpp"
 
 #include <cstdio>
@@ -15,7 +15,7 @@ namespace nif::test {
 
 namespace {
 
-/// An error ends the program: nothing here depends on what others give.
+/// An error ends the program, because no input here is untrusted.
 std::string encode_jpeg(uint32_t width, uint32_t height, int channels, const uint8_t* pixels,
                         std::span<const jpeg_scan_info> scans = {}) {
   jpeg_error_mgr errors;
@@ -72,7 +72,7 @@ std::string cmyk_jpeg(uint32_t width, uint32_t height, const std::vector<std::ar
 }
 
 std::string jpeg_of_scans(uint32_t side, int scans) {
-  // The means of all blocks, then each coefficient alone, and each of its lowest bits alone.
+  // The means of all blocks, then each coefficient separately, and each of its lowest bits separately.
   std::vector<jpeg_scan_info> script{{3, {0, 1, 2}, 0, 0, 0, 0}};
   constexpr int kBits = 9;
   for (int component = 0; component < 3; ++component)

@@ -1,4 +1,4 @@
-// Pictures as PNG and JPEG, for textures.
+// Makes PNG and JPEG pictures for tests of textures.
 #pragma once
 
 #include <array>
@@ -13,17 +13,17 @@ namespace nif::test {
 std::string png(uint32_t width, uint32_t height, const std::vector<std::array<uint8_t, 3>>& pixels);
 /// The same with loss.
 std::string jpeg(uint32_t width, uint32_t height, const std::vector<std::array<uint8_t, 3>>& pixels);
-/// Of cyan, magenta, yellow and black, as Adobe's programs store them: 255 where there is no ink.
+/// In cyan, magenta, yellow and black, as Adobe's programs store them: 255 means no ink.
 std::string cmyk_jpeg(uint32_t width, uint32_t height, const std::vector<std::array<uint8_t, 4>>& inks);
-/// A grey square whose progressive JPEG has so many scans: 1 to 1,000.
+/// A grey square as a progressive JPEG with this many scans: 1 to 1,000.
 std::string jpeg_of_scans(uint32_t side, int scans);
 
-/// A part of a PNG, with its length and its checksum. The name has four letters.
+/// A chunk of a PNG, with its length and its checksum. The name has four letters.
 std::string png_chunk(std::string_view name, std::string_view content);
-/// A PNG of 8 bits of red, green and blue that says it has this size, whatever its data (of zlib) has.
+/// A PNG of 8 bits of red, green and blue that claims this size, whatever its zlib data contains.
 std::string png_that_claims(uint32_t width, uint32_t height, std::string_view data);
 
-/// A JPEG of 256 x 8 pixels, of 32 grey blocks, each brighter than the one before by as much as can be said,
+/// A JPEG of 256 x 8 pixels in 32 grey blocks, each brighter than the one before by the largest codable step,
 /// with the largest factors: their products take more than 32 bits.
 std::string jpeg_with_large_factors();
 

@@ -1,5 +1,5 @@
-// Random polygons whose outlines do not cross themselves, on a grid of integers, so that what is asked about
-// them can be decided exactly and apart from the code that is tested.
+// Makes random polygons whose outlines do not cross themselves, on a grid of integers, so that tests can
+// decide everything about them exactly, and independently of the tested code.
 #pragma once
 
 #include <algorithm>
@@ -32,7 +32,7 @@ inline int64_t area_of(const GridPolygon& polygon) {
 
 inline int sign_of(int64_t x) { return (x > 0) - (x < 0); }
 
-/// Whether the inner parts of two segments meet in one point of both.
+/// Do the interiors of two segments meet in one point?
 inline bool cross(const GridPoint& a, const GridPoint& b, const GridPoint& c, const GridPoint& d) {
   return sign_of(area_of(a, b, c)) * sign_of(area_of(a, b, d)) < 0 &&
          sign_of(area_of(c, d, a)) * sign_of(area_of(c, d, b)) < 0;
@@ -43,7 +43,7 @@ inline bool on_segment(const GridPoint& a, const GridPoint& b, const GridPoint& 
          std::min(a.y, b.y) <= p.y && p.y <= std::max(a.y, b.y);
 }
 
-/// Whether two segments have a point in common that is no end of the second.
+/// Do two segments have a common point that is not an end of the second?
 inline bool touch(const GridPoint& a, const GridPoint& b, const GridPoint& c, const GridPoint& d) {
   return cross(a, b, c, d) || on_segment(a, b, c) || on_segment(a, b, d) ||
          (on_segment(c, d, a) && a != c && a != d) || (on_segment(c, d, b) && b != c && b != d);
@@ -68,8 +68,8 @@ class RandomPolygons {
  public:
   explicit RandomPolygons(uint64_t seed) : random_(seed) {}
 
-  /// A polygon of about so many corners: grown corner by corner, or seen from a point within, or of right
-  /// angles; then maybe with holes; counterclockwise or clockwise.
+  /// Makes a polygon with about this many corners: grown corner by corner, star-shaped around a point inside,
+  /// or with right angles; possibly with holes; counterclockwise or clockwise.
   GridPolygon next(size_t corners) {
     GridPolygon polygon;
     switch (below(4)) {
@@ -148,7 +148,7 @@ class RandomPolygons {
     return polygon;
   }
 
-  /// Whether two segments meet elsewhere than in a common end.
+  /// Do two segments meet other than in a common end?
   static bool meet(const GridPoint& a, const GridPoint& b, const GridPoint& c, const GridPoint& d) {
     if (cross(a, b, c, d)) return true;
     const auto lies = [](const GridPoint& p, const GridPoint& q, const GridPoint& r) {
@@ -193,7 +193,7 @@ class RandomPolygons {
     return true;
   }
 
-  /// Whether a slit meets nothing but its ends, and leaves its corner to the inside.
+  /// Does a slit meet only its ends, and leave its corner to the inside?
   static bool is_slit(const GridPolygon& polygon, size_t from, const GridPolygon& hole, size_t to) {
     const GridPoint &p = polygon[from], &q = hole[to];
     const GridPoint &before = polygon[(from + polygon.size() - 1) % polygon.size()],

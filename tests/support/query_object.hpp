@@ -1,4 +1,4 @@
-// The reference's answer for an object of any encoding, and rays to ask it.
+// Gives the reference's answer for an object of any encoding, and makes rays to query it with.
 #pragma once
 
 #include "formats/nif/reader.hpp"

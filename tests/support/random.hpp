@@ -1,4 +1,4 @@
-// Numbers that are the same with every standard library (whose distributions are not).
+// Random numbers that are the same with every standard library (the distributions of these differ).
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
-// A small valid asset from a seed, made without the baker: random voxels, features and networks, several
-// objects and instances, some of them of triangles, some with answers that lean. For tests of the format, the
-// runtime and the fuzzers' seeds.
+// Makes a small valid asset from a seed, without the baker: random voxels, features and networks, several
+// objects and instances, some with triangles, some with a decision threshold. For tests of the format and the
+// runtime, and for the fuzzers' seeds.
 #pragma once
 
 #include <algorithm>
@@ -40,8 +40,8 @@ struct RandomAssetOptions {
   uint32_t features = 0;   ///< of each corner; 0: any number
   uint32_t colors = 0;     ///< objects with colours of surface voxels, the first with a grid
   uint32_t sources = 0;    ///< objects with numbers of triangles in a source mesh, the first with a BVH
-  /// What a file has coded, bits of kCodedAll. Features and planes are less random then, else they would take no
-  /// less. Objects of an even number have all sides stated that are proven.
+  /// Which payloads a file has coded, bits of kCodedAll. Features and planes are then less random, because coding
+  /// could not shorten them otherwise. Objects with an even number state all proven sides.
   uint32_t coded = 0;
   bool translations = false;  ///< instances are so far away that floats cannot hold their translations
   bool odd_corners = false;  ///< as no baker would: some at the surface have no features, some beside it have
@@ -66,7 +66,7 @@ inline format::Mlp random_network(Random& random, uint32_t inputs) {
   return network;
 }
 
-/// Which sides there are in a random field: where there are both, most segments through it are blocked.
+/// The sides in a random field: if it has both, most segments through it are blocked.
 enum class RandomSides : uint8_t { outside, inside, both };
 
 /// A solid ball in a box.
@@ -236,7 +236,7 @@ inline void fill_cells(Random& random, const RandomBall& ball, RandomSides sides
     }
 }
 
-/// All of an object but its parts.
+/// Everything of an object except its content.
 inline format::Object object_of(const format::TrianglesData& bvh, const std::string& name) {
   format::Object object;
   object.name = name;
@@ -276,7 +276,7 @@ inline format::Object random_proof_object(Random& random, const RandomAssetOptio
   return object;
 }
 
-/// Numbers as of a source mesh with more triangles, in any order.
+/// Numbers in a source mesh with more triangles, in any order.
 inline format::SourceTriangles random_source(Random& random, size_t triangles) {
   format::SourceTriangles source;
   source.triangles = uint32_t(triangles) + (random.below(3) ? random.below(2000) : 0);
@@ -397,8 +397,7 @@ inline format::Asset random_asset(uint64_t seed, const RandomAssetOptions& optio
   return asset;
 }
 
-/// A segment near the object's grid, most of them through it: lines, short pieces, along axes, on voxel
-/// faces.
+/// A segment near the object's grid, mostly through it: lines, short segments, along axes, on voxel faces.
 inline kernels::Segment random_segment(Random& random, const kernels::PlanesField& field) {
   kernels::Segment segment;
   const bool on_lattice = random.below(4) == 0, along_axis = random.below(8) == 0,

@@ -1,5 +1,5 @@
-// A `bvh` object without the baker: random triangles under a tree that halves them by position; and the
-// answer by asking each triangle.
+// Makes a `bvh` object without the baker: random triangles in a tree that halves them by position; and finds
+// answers by testing each triangle.
 #pragma once
 
 #include <algorithm>
@@ -95,8 +95,8 @@ inline kernels::Answer ask_each_triangle(const kernels::TrianglesField& field,
           visible ? kernels::kCertainLogit : -kernels::kCertainLogit};
 }
 
-/// A segment that makes trouble, or none: at vertices, edges and centres of triangles, from afar and from
-/// within, along axes, in planes of boxes, with parts that are zero, infinite, NaN or out of order.
+/// A difficult or invalid segment: at vertices, edges and centres of triangles, from far away and from
+/// inside, along axes, in planes of boxes, with parts that are zero, infinite, NaN or out of order.
 inline kernels::Segment random_segment(Random& random, const kernels::TrianglesField& field) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   const auto vertex = [&] { return field.vertices[random.below(field.vertex_count)]; };

@@ -1,4 +1,5 @@
-// An `exact` object without the baker: triangles in a slab, and a grid whose planes are those of the slab.
+// Makes an `exact` object without the baker: triangles in a slab, and a grid whose planes are those of the
+// slab.
 #pragma once
 
 #include <bit>

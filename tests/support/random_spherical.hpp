@@ -1,4 +1,5 @@
-// A `spherical` object without the baker: random latent vectors and networks; and rays to ask it.
+// Makes a `spherical` object without the baker: random latent vectors and networks; and rays to query it
+// with.
 #pragma once
 
 #include <limits>
@@ -10,7 +11,7 @@
 
 namespace nif::test {
 
-/// Values that either precision holds.
+/// Values that both precisions can hold.
 inline std::vector<float> random_halves(Random& random, size_t count, float reach) {
   std::vector<float> values(count);
   for (float& value : values) value = kernels::from_half(kernels::to_half(random.between(-reach, reach)));
@@ -73,7 +74,7 @@ inline format::Primary random_primary(Random& random, uint32_t max_resolution, u
   return primary;
 }
 
-/// All but its network.
+/// Everything except its network.
 inline format::Object random_spherical_object(Random& random, const std::string& name,
                                               uint32_t max_resolution) {
   format::Object object;
@@ -90,8 +91,8 @@ inline format::Object random_spherical_object(Random& random, const std::string&
   return object;
 }
 
-/// From afar, from within, from faces and edges of the AABB, along axes, with parts that are zero, infinite,
-/// NaN or out of order.
+/// From far away, from inside, from faces and edges of the AABB, along axes, with parts that are zero,
+/// infinite, NaN or out of order.
 inline kernels::Segment random_segment(Random& random, const kernels::SphericalBounds& field) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   const uint32_t kind = random.below(8);

@@ -1,4 +1,4 @@
-// Real meshes that are not part of the repository: the folder named by the environment variable
+// Finds real meshes that are not part of the repository, in the folder named by the environment variable
 // NIF_TEST_MESHES.
 #pragma once
 
@@ -37,8 +37,7 @@ inline std::vector<std::filesystem::path> real_meshes(uintmax_t most_bytes = 16'
   return meshes;
 }
 
-/// How many rays of each mesh a test asks: NIF_TEST_SEGMENTS where that is set, as tests/run.sh --nightly
-/// does.
+/// How many rays a test uses per mesh: NIF_TEST_SEGMENTS if that is set, as tests/run.sh --nightly does.
 inline uint64_t segments_wanted(uint64_t otherwise) {
   const char* const wanted = std::getenv("NIF_TEST_SEGMENTS");
   return wanted ? std::strtoull(wanted, nullptr, 10) : otherwise;

@@ -155,7 +155,7 @@ inline mesh::Mesh nested_spheres(int level, float inner = 0.5f) {
   return out;
 }
 
-/// The volume within a closed mesh; positive where it faces outwards.
+/// The volume inside a closed mesh; positive if it faces outwards.
 inline double signed_volume(const mesh::Mesh& mesh) {
   double six = 0;
   for (const mesh::Triangle& t : mesh.triangles) {
@@ -167,8 +167,7 @@ inline double signed_volume(const mesh::Mesh& mesh) {
   return six / 6;
 }
 
-/// Directed edges that no triangle runs along in the other direction; none where the mesh is closed and
-/// oriented.
+/// Directed edges that no triangle uses in the other direction; none if the mesh is closed and oriented.
 inline size_t open_edges(const mesh::Mesh& mesh) {
   std::map<std::pair<uint32_t, uint32_t>, int> balance;
   for (const mesh::Triangle& t : mesh.triangles) {

@@ -1,4 +1,4 @@
-// Closed surfaces of generated meshes.
+// Checks that generated meshes are closed surfaces.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 
 namespace nif::test {
 
-/// Each edge once in each direction, which open_edges() alone would not see of an edge of four triangles.
+/// Is each edge used once in each direction? open_edges() alone would miss an edge of four triangles.
 inline void expect_closed(const mesh::Mesh& mesh) {
   std::vector<std::pair<uint32_t, uint32_t>> edges;
   for (const mesh::Triangle& t : mesh.triangles)
@@ -24,7 +24,7 @@ inline void expect_closed(const mesh::Mesh& mesh) {
   EXPECT_EQ(open, 0u);
 }
 
-/// The surfaces that a mesh consists of, as triangles each.
+/// Splits a mesh into its surfaces, each a list of triangles.
 inline std::vector<mesh::Mesh> surfaces(const mesh::Mesh& mesh) {
   std::vector<uint32_t> parent(mesh.positions.size());
   for (uint32_t i = 0; i < parent.size(); ++i) parent[i] = i;

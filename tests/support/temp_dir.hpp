@@ -1,4 +1,4 @@
-// A folder that lives as long as a test, and the writing of small files into it.
+// Makes a folder that lives as long as a test, and writes small files into it.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ namespace nif::test {
 class TempDir {
  public:
   TempDir() {
-    // A name nobody has: a folder that a killed test left behind must not be taken for a new one.
+    // A unique name: a folder that a killed test left behind must not be taken for a new one.
     std::random_device random;
     do path_ = std::filesystem::temp_directory_path() / ("nif-test-" + std::to_string(random()));
     while (!std::filesystem::create_directory(path_));
@@ -32,8 +32,8 @@ class TempDir {
   /// Writes (or overwrites) a file and returns its path.
   std::filesystem::path write(const std::string& name, std::string_view bytes) const {
     const std::filesystem::path file = path_ / name;
-    // A new file each time: some file systems flush one that is overwritten, which thousands of files would
-    // feel.
+    // A new file each time: some file systems flush a file that is overwritten, which is slow for thousands
+    // of files.
     std::error_code ignored;
     std::filesystem::remove(file, ignored);
     std::ofstream stream(file, std::ios::binary);

@@ -14,7 +14,7 @@ ABI = (0, 1)
 
 
 class ErrorCode(enum.IntEnum):
-    """Codes of errors. The numbers never change; those of files are also exit codes of the program `nif`."""
+    """Error codes. The numbers never change; codes for files are also exit codes of the program `nif`."""
 
     OK = 0
     UNKNOWN = 1
@@ -41,15 +41,15 @@ class Encoding(enum.IntEnum):
     """How an object stores what blocks rays. The numbers are those of the file format."""
 
     SEGMENT = 1
-    """Voxels, and a small network where they do not decide; compact, may err."""
+    """Voxels, and a small network for what they leave open; compact, may err."""
     SPHERICAL = 2
     """The published Neural Intersection Function, for comparison; may err."""
     BVH = 3
-    """The triangles in a compressed hierarchy; exact."""
+    """The triangles in a compressed BVH; exact."""
     EXACT = 4
-    """Planes that prove most answers, and the triangles for the others; exact."""
+    """Planes that prove most answers, and the triangles for the rest; exact."""
     PROOF = 5
-    """The planes alone: what they do not prove stays open, for a BVH of yours."""
+    """The planes alone: rays that they do not prove are left to your own BVH."""
 
 
 class InstanceFlags(enum.IntFlag):
@@ -65,7 +65,7 @@ LOGIT_CERTAIN = 0x7FFFFFFF
 
 
 class Structure(ctypes.Structure):
-    """A structure of nif.h: struct_size is set when it is made."""
+    """A structure of nif.h, made with its struct_size set."""
 
     def __init__(self) -> None:
         super().__init__(struct_size=ctypes.sizeof(type(self)))
@@ -260,7 +260,7 @@ class NifHits(Structure):
 
 NifFallback = ctypes.CFUNCTYPE(None, c_void_p, c_uint64, c_void_p, c_void_p)
 
-# Name: what it returns, and its parameters.
+# Name: return type, and types of the parameters.
 FUNCTIONS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "nifGetVersion": (c_uint32, ()),
     "nifGetErrorMessage": (c_char_p, ()),

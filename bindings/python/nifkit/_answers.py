@@ -1,4 +1,4 @@
-"""What scenes answer: tuples of arrays, and the types of those arrays."""
+"""The answers of scenes: tuples of arrays, and the types of those arrays."""
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple, Optional
@@ -25,7 +25,7 @@ class Instance(NamedTuple):
     object: int
     """Its number in the asset."""
     transform: Floats
-    """[3, 4] from object to world space; of what `Scene.add_asset()` added, rounded to float32."""
+    """[3, 4] from object to world space; rounded to float32 if `Scene.add_asset()` added the instance."""
     origin: npt.NDArray[np.float64]
     """[3] what `Scene.set_instance_origin()` set."""
     mask: int
@@ -34,7 +34,7 @@ class Instance(NamedTuple):
 
 
 class Answers(NamedTuple):
-    """What a query says of its rays. Outputs that were not asked for are None. `...` is the shape of the batch."""
+    """The answers of a query. Outputs that were not requested are None. `...` is the shape of the batch."""
 
     visible: Optional[Bools] = None
     """[...] True: visible, False: occluded."""
@@ -45,15 +45,15 @@ class Answers(NamedTuple):
     certain: Optional[Bools] = None
     """[...] True: the answer is proven, not learned."""
     logit: Optional[npt.NDArray[np.int32]] = None
-    """[...] The smallest network output of all instances: below 0 means occluded; plus or minus `LOGIT_CERTAIN` where
-    no network decided."""
+    """[...] The smallest network output of all instances: below 0 means occluded; plus or minus `LOGIT_CERTAIN` if no
+    network decided."""
 
 
 class Hits(NamedTuple):
-    """Where rays first meet a scene. Outputs that were not asked for are None. `...` is the shape of the batch."""
+    """Where rays first hit a scene. Outputs that were not requested are None. `...` is the shape of the batch."""
 
     hit: Optional[Bools] = None
-    """[...] True: the ray meets something."""
+    """[...] True: the ray hits something."""
     t: Optional[Floats] = None
     """[...] Where, in units of the ray's direction; infinite if nothing is hit."""
     normal: Optional[Floats] = None
@@ -63,26 +63,26 @@ class Hits(NamedTuple):
     object: Optional[Numbers] = None
     """[...] That instance's object, as numbered in its asset; `NONE` if nothing is hit."""
     triangle: Optional[Numbers] = None
-    """[...] The triangle, where the object has triangles (see `Object.source_triangles`); else `NONE`."""
+    """[...] The triangle, if the object has triangles (see `Object.source_triangles`); else `NONE`."""
     u: Optional[Floats] = None
     """[...] Weight of the triangle's second vertex."""
     v: Optional[Floats] = None
     """[...] Weight of its third."""
     certain: Optional[Bools] = None
-    """[...] True: it is proven that something is hit, or that nothing is."""
+    """[...] True: it is proven whether the ray hits something."""
     t_low: Optional[Floats] = None
-    """[...] Proven: nothing is met before."""
+    """[...] Proven: nothing is hit before this."""
     t_high: Optional[Floats] = None
-    """[...] Proven: something is met here or before."""
+    """[...] Proven: something is hit at or before this."""
     color: Optional[Floats] = None
-    """[..., 3] Base colour of the surface, linear RGB, 0 to 1; 0.5 where the object has no colours."""
+    """[..., 3] Base colour of the surface, linear RGB, 0 to 1; 0.5 if the object has no colours."""
     user: Optional[npt.NDArray[np.uint64]] = None
     """[...] What `Scene.set_instance_user()` gave the instance; 0 if nothing is hit."""
 
 
 class OpenRays(NamedTuple):
-    """Rays that proofs leave open, for a BVH of yours: entry k is about ray number `rays[k]` of the batch (in C order), of
-    which only the part from `tmin[k]` to `tmax[k]` matters. The order may differ from run to run."""
+    """Rays that proofs leave open, for your own BVH: entry k is about ray number `rays[k]` of the batch (in C order); only its
+    interval from `tmin[k]` to `tmax[k]` matters. The order may differ from run to run."""
 
     rays: Numbers
     """[count] Numbers of rays."""
@@ -91,9 +91,9 @@ class OpenRays(NamedTuple):
     tmax: Floats
     """[count] Likewise."""
     instance: Numbers
-    """[count] The instance, if only one of them leaves the ray open: ask about it alone. `NONE` if several do."""
+    """[count] The instance, if only one leaves the ray open: then only it needs testing. `NONE` if several do."""
     answers: Answers
-    """Of all rays. An open ray has visible False, certain False, probability 0.5 and logit -1."""
+    """The answers for all rays. An open ray has visible False, certain False, probability 0.5 and logit -1."""
 
 
 ANSWER_KINDS: Kinds = {

@@ -49,11 +49,11 @@ class Object(NamedTuple):
     """Of the source mesh."""
     resident_bytes: int
     proves: bool
-    """False: an object of the encoding `proof` that only knows which rays miss it."""
+    """False: an object of the encoding `proof` that proves only which rays miss it."""
     source_triangles: int
-    """Triangles of the source mesh that first hits are numbered by; 0: their numbers are the object's own."""
+    """The number of triangles in the source mesh, if first hits return numbers of it; 0: they return the object's own."""
     colors: bool
-    """Whether first hits have the colours of its surface."""
+    """Do first hits have the surface's colours?"""
 
 
 class AssetInstance(NamedTuple):
@@ -67,7 +67,7 @@ class AssetInstance(NamedTuple):
 
 class Asset(Handle):
     """A loaded .nif file, made by `load()`. Immutable and thread-safe; any number of scenes of its device can use it. A
-    context manager: a scene keeps what it needs of it, also after `close()`. Equal to another if both are of one load."""
+    context manager: a scene keeps what it needs of it, even after `close()`. Two are equal if they come from the same load."""
 
     _kind = "asset"
     _release = lib.nifReleaseAsset
@@ -75,7 +75,7 @@ class Asset(Handle):
     def __init__(self, value: int, device: Device) -> None:
         super().__init__(value)
         self._device = device
-        self._number = value  # is never that of another
+        self._number = value  # never reused
         self._lists: dict[str, tuple[Any, ...]] = {}
 
     def __eq__(self, other: object) -> bool:
@@ -107,7 +107,7 @@ class Asset(Handle):
 
     @property
     def places_nothing(self) -> bool:
-        """Whether the file states that it places no object: `Scene.add_asset()` adds nothing."""
+        """Does the file state that it places no object? Then `Scene.add_asset()` adds nothing."""
         return bool(self._info().places_nothing)
 
     @property
@@ -154,7 +154,7 @@ class Asset(Handle):
             raise Error(ErrorCode.DAMAGED_NIF, f"the asset's metadata cannot be read as JSON: {error}") from None
 
     def _list(self, call: Callable[[int, int, Any], int], info: Info, make: Callable[[Info], Item]) -> tuple[Item, ...]:
-        """All that `call` tells one by one. An asset never changes, so it is asked once."""
+        """Everything that `call` lists. An asset never changes, so it is listed only once."""
         with self._using() as handle:
             kind = type(info).__name__
             if kind not in self._lists:
@@ -167,7 +167,7 @@ class Asset(Handle):
 
     @property
     def parts(self) -> tuple[Part, ...]:
-        """What it consists of."""
+        """The parts of the file and of its memory."""
         return self._list(lib.nifGetPartInfo, NifPartInfo(), _part)
 
     @property
@@ -206,7 +206,7 @@ def _instance(info: NifAssetInstanceInfo) -> AssetInstance:
 
 
 def kept(numbers: Any) -> npt.NDArray[np.float32]:
-    """An array that does not change: others get it, too."""
+    """A read-only array, because it is shared."""
     array = np.array(numbers, dtype=np.float32)
     array.flags.writeable = False
     return array
@@ -243,7 +243,7 @@ def load(
         except (TypeError, ValueError) as error:
             kind = type(content).__name__
             raise TypeError(f"load() takes a path, a contiguous buffer or a binary file, not this {kind}: {error}") from None
-        # numpy knows addresses of buffers that cannot be written to, and of empty ones nothing.
+        # numpy can take the address of read-only buffers, but not of empty ones.
         array = np.frombuffer(view, dtype=np.uint8) if view.nbytes else np.zeros(1, dtype=np.uint8)
         with device._using() as owner:
             code = lib.nifLoadAssetMemory(owner, array.ctypes.data, view.nbytes, LOAD_COPY, ctypes.byref(handle))

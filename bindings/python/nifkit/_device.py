@@ -1,4 +1,4 @@
-"""Devices: the CPU or a GPU that answers, and what there is on this machine."""
+"""Devices: the CPU or a GPU that answers queries, and a list of those on this machine."""
 from __future__ import annotations
 
 import ctypes
@@ -61,7 +61,7 @@ class Device(Handle):
 
     @property
     def threads(self) -> int:
-        """Threads that one query uses, at most."""
+        """Most threads that one query uses."""
         return self._info()[0]
 
     @property
@@ -105,7 +105,7 @@ def default_device() -> Device:
 
 
 def _forget_default() -> None:
-    """In a forked process, which has none of the threads of its parent."""
+    """For a forked process, which has none of its parent's threads."""
     global _default, _default_lock
     _default_lock = threading.Lock()
     _default = None
@@ -140,9 +140,9 @@ class CardInfo(NamedTuple):
     pci_address: str
     """E.g. "0000:3b:00.0", as lspci writes it."""
     uuid: Optional[bytes]
-    """[16] As Vulkan's deviceUUID; None if the driver does not tell."""
+    """[16] As Vulkan's deviceUUID; None if the driver does not report it."""
     luid: Optional[bytes]
-    """[8] As Vulkan's deviceLUID; None everywhere but on Windows."""
+    """[8] As Vulkan's deviceLUID; None except on Windows."""
 
 
 def backends() -> list[BackendInfo]:
@@ -158,7 +158,7 @@ def backends() -> list[BackendInfo]:
 
 
 def cards() -> list[CardInfo]:
-    """The GPUs of this machine, as `Device(backend="gpu", device=N)` numbers them; [] where there is none, and
+    """The GPUs of this machine, as `Device(backend="gpu", device=N)` numbers them; [] if there are none:
     `backends()` says why. Thread-safe."""
     found: list[CardInfo] = []
     info = NifCardInfo()

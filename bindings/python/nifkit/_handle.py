@@ -1,4 +1,4 @@
-"""Lifetimes: what devices, assets and scenes have in common."""
+"""Handles: manages the lifetimes of devices, assets and scenes, which work alike."""
 from __future__ import annotations
 
 import os
@@ -14,7 +14,7 @@ Self = TypeVar("Self", bound="Handle")
 
 
 class Use:
-    """A handle while a call uses it. `change`: no other call may be at work meanwhile.
+    """A handle while a call uses it. `change`: no other call may run at the same time.
 
     Ctrl-C raises a KeyboardInterrupt between any two steps, also at the start of `__exit__`. So a handle has weak references to
     its uses: one that is gone has ended. (A `__del__` would do, but an interrupt in there is lost.)
@@ -56,9 +56,9 @@ class Handle:
         self._closed = False
 
     def close(self) -> None:
-        """Releases it. A call that is at work on another thread is finished first. Closing twice does nothing."""
+        """Releases it. A call that runs on another thread is finished first. Closing twice does nothing."""
         if self._process != self._process_id():
-            self._closed, self._value = True, None  # without the lock: what holds it may be a thread that is not there
+            self._closed, self._value = True, None  # without the lock, which a thread may hold that no longer exists
             return
         with self._lock:
             self._closed = True
@@ -112,11 +112,11 @@ class Handle:
             type(self)._release(value)
 
     def _users(self) -> list[Use]:
-        """With the lock held."""
+        """Requires the lock."""
         return [use for use in (reference() for reference in self._uses) if use is not None]
 
     def _unused_value(self) -> Optional[int]:
-        """Takes the handle away if it is closed and nobody uses it. With the lock held."""
+        """Takes the handle away if it is closed and no call uses it. Requires the lock."""
         if not self._closed or self._users():
             return None
         value, self._value = self._value, None

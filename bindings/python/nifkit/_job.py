@@ -12,16 +12,16 @@ Result = TypeVar("Result")
 
 
 class Work:
-    """A job of the library, with all that it reads and writes; `scene` is the handle of what it queries."""
+    """A job of the library, with everything that it reads and writes; `scene` is the handle of the scene that it queries."""
 
-    # All that may be at work: it must not go away, nor be forgotten, before it is done, and `Job`s in a cycle of garbage may.
-    # Without a lock, which a collection of garbage could meet: each change of it is one step.
+    # All jobs that may be running: they must stay alive until they are done, but a `Job` may be garbage-collected earlier.
+    # Without a lock, which the garbage collector could run into: each change is one step.
     running: ClassVar[set[Work]] = set()
     # Its own, because at exit the module's names may be gone first.
     _wait, _release, _process_id = lib.nifWaitJob, lib.nifReleaseJob, staticmethod(os.getpid)
 
     def __init__(self, scene: int, keeps: Any) -> None:
-        self.value = ctypes.c_void_p()  # null: not begun
+        self.value = ctypes.c_void_p()  # null: not started
         self.scene = scene
         self._keeps = keeps
         self._process = self._process_id()
@@ -44,7 +44,7 @@ class Work:
             check(lib.nifCancelJob(self.value))
 
     def end(self) -> None:
-        """Waits, unless it is the parent's of a forked process, which has none of the threads that are at work on it."""
+        """Waits, unless this is a forked process and the job its parent's: then no thread here works on it."""
         if self.value and self._process == self._process_id():
             self.wait()
 
@@ -59,24 +59,24 @@ os.register_at_fork(after_in_child=Work.running.clear)
 
 @atexit.register
 def _wait_for_all() -> None:
-    """While all that they write to is still there."""
+    """Waits for jobs while the memory that they write to still exists."""
     for work in list(Work.running):
         work.end()
 
 
 def is_at_work(scene: int) -> bool:
-    """Whether a job of this scene is not done. While none can be started."""
+    """Is some job of this scene not done? Call it while none can be started."""
     return any(work.scene == scene and work.value and not work.done() for work in list(Work.running))
 
 
 def start(scene: int, query: Callable[[Any], int], result: Result, keeps: Any) -> Job[Result]:
-    """What `query` starts, given a pointer to the handle that it sets. It writes `result`, and reads what `keeps` has."""
+    """Starts a job by `query`, which gets a pointer to the handle to set. The job writes `result`, and reads from `keeps`."""
     work = Work(scene, (result, keeps))
     Work.running.add(work)
     try:
         check(query(ctypes.byref(work.value)))
         return Job(work, result)
-    except BaseException:  # also an interrupt after it has begun
+    except BaseException:  # also an interrupt after it has started
         work.end()
         Work.running.discard(work)
         raise
@@ -94,7 +94,7 @@ class Job(Generic[Result]):
         self._result = result
 
     def wait(self) -> Result:
-        """Waits until the job is done, and helps with what nobody has started on.
+        """Waits until the job is done, and helps with rays that no thread has started.
 
         Returns:
             what `query()` or `intersect()` would have returned.
@@ -106,12 +106,12 @@ class Job(Generic[Result]):
         return self._result
 
     def done(self) -> bool:
-        """Whether it is done. Does not wait."""
+        """Is it done? Does not wait."""
         return self._work.done()
 
     def cancel(self) -> None:
-        """Stops it early, without waiting for that: rays that nobody has started on are left as they are, and `wait()` then
-        raises an Error with CANCELLED. A job that is done, and one on a GPU, is not stopped."""
+        """Stops it early, without waiting for that: rays that no thread has started are not answered, and `wait()` then
+        raises an Error with CANCELLED. A job that is done, or runs on a GPU, is not stopped."""
         self._work.cancel()
 
     def __reduce__(self) -> Any:

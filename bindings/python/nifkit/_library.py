@@ -35,7 +35,7 @@ class Error(Exception):
 
 
 def _load() -> ctypes.CDLL:
-    """The library that NIF_LIBRARY names; else the one in this package; else the system's."""
+    """Loads the library that NIF_LIBRARY names; else the one in this package; else the system's."""
     chosen = os.environ.get("NIF_LIBRARY")
     packaged = Path(__file__).with_name("libnif.so")
     soname = "libnif.so.{}.{}".format(*ABI)
@@ -68,12 +68,12 @@ def library_version() -> str:
 
 
 def text(value: bytes | None) -> str:
-    """A text of the library's. File names in it may be of any encoding."""
+    """Decodes a text of the library. File names in it may have any encoding."""
     return (value or b"").decode("utf-8", "backslashreplace")
 
 
 def file_name(path: str | os.PathLike[str]) -> bytes:
-    """A file's name for the library."""
+    """Encodes a file's name for the library."""
     try:
         name = os.fsencode(path)
     except UnicodeEncodeError:

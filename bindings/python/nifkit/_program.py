@@ -1,4 +1,4 @@
-"""The program `nif`, which bakes: a program of its own, because it needs libraries that the runtime does not."""
+"""Runs the program `nif`, which bakes. It is a separate program because it needs libraries that the runtime does not."""
 from __future__ import annotations
 
 import os
@@ -14,7 +14,7 @@ from typing import Callable, Optional, Sequence
 from ._abi import ErrorCode
 from ._library import Error
 
-# Called with the part that is done, 0 to 1, and what is being done. False cancels.
+# Called with the fraction that is done, 0 to 1, and the current step. Returning False cancels.
 Progress = Callable[[float, str], Optional[bool]]
 
 _PROGRESS = re.compile(r"^ *(\d+) %  .{15}(.*)$")  # the time that is left, then the text
@@ -55,7 +55,7 @@ def run(arguments: Sequence[str], progress: Optional[Progress] = None, hidden: s
         Error: with `nif`'s exit code and sentence; CANCELLED if `progress` said so.
     """
     command = [find_program(), *arguments]
-    # A file takes any amount without being read meanwhile.
+    # A file, unlike a pipe, takes any amount of output without a reader.
     with tempfile.TemporaryFile() as output:
         try:
             process = subprocess.Popen(
@@ -107,7 +107,7 @@ class _Messages:
         self._stream.close()
 
     def error(self) -> str:
-        """The sentence of the error."""
+        """The error's sentence."""
         lines = [line for line in self._others if line and not line.startswith("nif: note: ")]
         return "\n".join(lines[-1:]).removeprefix("nif: ")
 
@@ -128,7 +128,7 @@ def _wait(process: "subprocess.Popen[str]", messages: _Messages, progress: Optio
 
 
 def _end(process: "subprocess.Popen[str]") -> None:
-    """Interrupts it if it is still at work: once to end soon, then at once."""
+    """Interrupts it if it still runs: the first time to end soon, the second time at once."""
     for _ in range(2):
         if process.poll() is not None:
             return

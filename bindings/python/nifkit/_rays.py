@@ -1,4 +1,4 @@
-"""Arrays of numpy as the library's rays, in any strides and without copies, and arrays for the answers."""
+"""Passes numpy arrays of any strides to the library as rays, without copies, and makes arrays for the answers."""
 from __future__ import annotations
 
 import ctypes
@@ -13,7 +13,7 @@ from ._library import Error
 if TYPE_CHECKING:  # numpy.typing takes a while to load
     import numpy.typing as npt
 
-    # Outputs: type of an element, and the shape that is added to that of the rays.
+    # Outputs: type of an element, and the dimensions that are added to those of the rays.
     Kinds = Mapping[str, tuple[npt.DTypeLike, tuple[int, ...]]]
 
 
@@ -22,7 +22,7 @@ _Pointers = ctypes.c_void_p * 3
 
 
 def _as_floats(name: str, value: Any) -> npt.NDArray[np.float32]:
-    """`value` as it is if it is an array of float32. Of float64, and of numbers, lists and tuples, a copy."""
+    """Returns `value` itself if it is an array of float32; a copy if it is float64, a number, a list or a tuple."""
     if isinstance(value, (int, float, np.generic, list, tuple)):
         try:
             return np.asarray(value, dtype=np.float32)
@@ -38,7 +38,7 @@ def _as_floats(name: str, value: Any) -> npt.NDArray[np.float32]:
 
 
 def _as_masks(value: Any) -> npt.NDArray[np.uint32]:
-    """`value` as it is if it is an array of uint32. Of other integers a copy."""
+    """Returns `value` itself if it is an array of uint32; a copy if it has other integers."""
     array = np.asarray(value)
     if array.dtype == np.uint32:
         return array
@@ -50,11 +50,11 @@ def _as_masks(value: Any) -> npt.NDArray[np.uint32]:
 
 
 def _stride(name: str, array: npt.NDArray[Any], shape: tuple[int, ...]) -> int:
-    """Bytes from one ray to the next, where array has the rays' shape in front. Refuses layouts without such a number."""
+    """Bytes from one ray to the next in an array whose first dimensions are the rays'. Refuses layouts with no fixed stride."""
     if len(shape) == 1:
         return array.strides[0] if shape[0] > 1 else 0
     stride: Optional[int] = None
-    inner = 1  # rays that one step in this dimension passes
+    inner = 1  # rays per step in this dimension
     for length, step in zip(reversed(shape), reversed(array.strides[: len(shape)])):
         if length == 1:
             continue
@@ -119,7 +119,7 @@ class Rays:
     def _stride(self, name: str, array: npt.NDArray[Any], shape: tuple[int, ...]) -> int:
         if array.shape != shape:
             array = np.broadcast_to(array, shape)
-        # A negative stride, as the 64 bits of its two's complement.
+        # A negative stride is passed in two's complement, in 64 bits.
         return _stride(name, array, self.shape) % 2**64
 
 
@@ -166,7 +166,7 @@ def _refuse_overlap(rays: Rays, arrays: Mapping[str, npt.NDArray[Any]]) -> None:
 
 
 def point_at(structure: To, arrays: Mapping[str, npt.NDArray[Any]]) -> To:
-    """Sets the structure's pointers of these names, and returns it."""
+    """Sets the structure's pointers with these names, and returns it."""
     for name, array in arrays.items():
         setattr(structure, name, array.ctypes.data)
     return structure

@@ -26,12 +26,12 @@ if TYPE_CHECKING:  # numpy.typing takes a while to load
     Fallback = Callable[[npt.NDArray[np.int64], Bools], npt.ArrayLike]
 
 
-# Whose fallback runs on this thread.
+# The devices whose fallbacks run on this thread.
 _in_fallback = threading.local()
 
 
 class Scene(Handle):
-    """A list of instances of objects that rays are asked of. A context manager.
+    """A list of instances of objects, for queries with rays. A context manager.
 
     Build it, commit it, query it; after a change, commit again. Any number of threads may query one scene. A change while
     another thread queries it, or before its jobs are done, is refused (INVALID_OPERATION).
@@ -143,7 +143,7 @@ class Scene(Handle):
             check(lib.nifSetInstanceTransform(scene, _number("instance", instance), _address(matrix)))
 
     def set_instance_transforms(self, instances: Optional[npt.ArrayLike], transforms: npt.ArrayLike) -> None:
-        """Replaces the transforms of many instances, or of none if one of them is wrong.
+        """Replaces the transforms of many instances; if one of them is invalid, of none.
 
         Args:
             instances: [n] their numbers; None: 0 .. n - 1.
@@ -170,7 +170,7 @@ class Scene(Handle):
 
     def set_origin(self, origin: Optional[npt.ArrayLike]) -> None:
         """Sets the scene's origin: float64, [3]; None: 0 0 0. Rays, hits and bounds are relative to it. Move it with the
-        camera, and rays stay as exact near the camera as they are near 0, in a world of any size."""
+        camera, and rays are as precise near the camera as they are near 0, in a world of any size."""
         place = _place(origin)
         with self._using(change=True) as scene:
             check(lib.nifSetSceneOrigin(scene, _address(place)))
@@ -187,7 +187,7 @@ class Scene(Handle):
             check(lib.nifSetInstanceFlags(scene, _number("instance", instance), _number("flags", flags)))
 
     def set_instance_user(self, instance: int, user: int) -> None:
-        """Sets a value of yours, 0 to 2^64 - 1, which hits return (`Hits.user`). A new instance has 0."""
+        """Sets a value for your own use, 0 to 2^64 - 1, which hits return (`Hits.user`). A new instance has 0."""
         with self._using(change=True) as scene:
             check(lib.nifSetInstanceUser(scene, _number("instance", instance), _number("user", user, 64)))
 
@@ -206,7 +206,7 @@ class Scene(Handle):
 
     @property
     def instance_count(self) -> int:
-        """Instances that the scene has."""
+        """The number of instances in the scene."""
         return int(self._info().instance_count)
 
     @property
@@ -215,7 +215,7 @@ class Scene(Handle):
         return int(self._info().instance_end)
 
     def instance(self, instance: int) -> Instance:
-        """What an instance is, as it was last set, committed or not."""
+        """Describes an instance as it was last set, committed or not."""
         info = NifInstanceInfo()
         with self._using() as scene:
             check(lib.nifGetInstanceInfo(scene, _number("instance", instance), ctypes.byref(info)))
@@ -271,7 +271,7 @@ class Scene(Handle):
         outputs: Union[str, Sequence[str]] = ("visible",),
         out: Out = None,
     ) -> Answers:
-        """Asks for each ray whether anything is in its way. Rays as in the class's text.
+        """Finds for each ray whether anything is in its way. Rays as in the class's text.
 
         Args:
             outputs: names of `Answers`. Asking for no more than `visible` and `visible_bits` is fastest; the answers are
@@ -302,7 +302,7 @@ class Scene(Handle):
         outputs: Union[str, Sequence[str]] = ("visible",),
         out: Out = None,
     ) -> Answers:
-        """As `query()`, but a function of yours answers rays that are not certain.
+        """As `query()`, but your own function answers rays that are not certain.
 
         Args:
             fallback: `fallback(rays, visible)` gets up to 1,024 numbers of rays (int64, [k], ascending; numbers in the
@@ -364,7 +364,7 @@ class Scene(Handle):
         *,
         mask: Optional[npt.ArrayLike] = None,
     ) -> Bools:
-        """bool, [...]: True where the answer is proven. Rays as in the class's text."""
+        """bool, [...]: True if the answer is proven. Rays as in the class's text."""
         answer = self.query(origins, directions, tmin, tmax, mask=mask, outputs="certain").certain
         assert answer is not None
         return answer
@@ -379,8 +379,8 @@ class Scene(Handle):
         mask: Optional[npt.ArrayLike] = None,
         outputs: Union[str, Sequence[str]] = ("visible",),
     ) -> OpenRays:
-        """Answers what is proven, asks no network, and lists the other rays. At most 2^32 - 1 rays. `outputs` as in
-        `query()`. For assets of the encoding `proof` this is the query that they are made for."""
+        """Answers the rays that have a proof and lists the others, without evaluating networks. At most 2^32 - 1 rays.
+        `outputs` as in `query()`. Assets of the encoding `proof` are made for this query."""
         rays = self._rays(origins, directions, tmin, tmax, mask)
         arrays = make_outputs(rays, ANSWER_KINDS, outputs, None)
         answers = point_at(NifAnswers(), arrays)
@@ -407,7 +407,7 @@ class Scene(Handle):
         outputs: Union[str, Sequence[str]] = ("hit", "t", "normal", "instance", "object", "triangle"),
         out: Out = None,
     ) -> Hits:
-        """Finds where each ray first meets something. Rays as in the class's text.
+        """Finds the first hit of each ray. Rays as in the class's text.
 
         Args:
             outputs: names of `Hits`.
@@ -464,7 +464,7 @@ class Scene(Handle):
 
 
 class _FallbackCall:
-    """A fallback as the library calls it, on any thread. The first exception is kept, and ends the calls."""
+    """Wraps a fallback, which the library calls on any thread. The first exception is kept, and ends the calls."""
 
     def __init__(self, fallback: Fallback, device: Device) -> None:
         self._fallback = fallback
@@ -477,7 +477,7 @@ class _FallbackCall:
         outer = getattr(_in_fallback, "device", None)
         _in_fallback.device = self._device
         try:
-            # Copies: the library's memory is gone after the call.
+            # Copies, because the library's memory is gone after the call.
             numbers = np.frombuffer(ctypes.string_at(rays, 8 * count), dtype=np.int64)
             learned = np.frombuffer(ctypes.string_at(visible, count), dtype=np.bool_)
             answers = np.asarray(self._fallback(numbers, learned))
@@ -554,7 +554,7 @@ def _numbers(instances: npt.ArrayLike) -> Numbers:
 
 
 def _number(name: str, value: int, bits: int = 32) -> int:
-    """Checks what ctypes would cut off."""
+    """Checks the range of a number, because ctypes would truncate it."""
     try:
         number = operator.index(value)
     except TypeError:

@@ -6,7 +6,7 @@ import { bytesOf, open } from './host.js';
 const kBrand = Symbol('nifkit');
 const encodings = { 1: 'segment', 2: 'spherical', 3: 'bvh', 4: 'exact', 5: 'proof' };
 
-/** The bytes of a source, and what messages call it. */
+/** The bytes of a source, and its name for messages. */
 export async function readSource(source, signal) {
   if (typeof source === 'string' || source instanceof URL)
     return { name: String(source), bytes: await bytesOf(await open(source, signal), String(source), signal) };
@@ -63,7 +63,7 @@ export class Asset {
       formatVersion,
       fileBytes,
       residentBytes,
-      // Refused only when it is read: the rest is right whatever the baker has noted.
+      // Refused only when it is read: the rest of the asset is valid whatever the metadata is.
       get metadata() {
         try {
           return text ? JSON.parse(text) : undefined;
@@ -113,7 +113,7 @@ export class Asset {
     this.dispose();
   }
 
-  /** For this package alone. */
+  /** Internal. */
   get _handle() {
     if (this.#handle === 0) refuse('the asset has been disposed of');
     return this.#handle;

@@ -28,7 +28,7 @@ export class Device {
     return device;
   }
 
-  /** Bytes of the memory that the module has; it grows, and goes when nobody uses the device any more. */
+  /** Bytes of the module's memory. It grows, and is freed when the device is no longer used. */
   get memoryBytes() {
     return this._use().HEAPU8.buffer.byteLength;
   }
@@ -47,7 +47,7 @@ export class Device {
     this.dispose();
   }
 
-  // The rest is for this package alone.
+  // The members below are internal.
 
   /** The module, for one who may use it. */
   _use() {
@@ -58,7 +58,7 @@ export class Device {
     this._use();
     return this.#handle;
   }
-  /** The module, also where the device has been disposed of: its assets and scenes keep it. */
+  /** The module, even after the device was disposed of: its assets and scenes keep it. */
   get _module() {
     return this.#module;
   }
@@ -77,14 +77,14 @@ export class Device {
     return this.#staging;
   }
 
-  /** Throws where the code is one of an error. `name`: what an asset in memory is called. */
+  /** Throws if the code is an error. `name`: what an asset in memory is called. */
   _check(code, name) {
     if (code === 0) return;
     let message = this._text(this.#module._web_message());
     if (name !== undefined && message.startsWith('memory: ')) message = name + message.slice('memory'.length);
     throw new NifError(code, this._text(this.#module._web_error_name(code)), message);
   }
-  /** What the last call has said. */
+  /** The results of the last call. */
   _said() {
     const at = this.#module._web_said() / 8;
     return this.#module.HEAPF64.subarray(at, at + 24);

@@ -1,4 +1,4 @@
-// What nifkit refuses.
+// The error class of this package, and checks of arguments that throw it.
 
 /** Numbers of nif.h that this package itself uses; they never change. */
 const codes = {
@@ -28,7 +28,7 @@ export function refuse(message, name) {
   throw failure(message, name);
 }
 
-/** `value` as a whole number from 0 to `most`. */
+/** Checks that `value` is an integer from 0 to `most`, and returns it. */
 export function wholeNumber(value, name, most = 0xffffffff) {
   if (!Number.isInteger(value) || value < 0 || value > most) refuse(`${name} is ${String(value)}, not a whole number from 0 to ${most}`);
   return value;
@@ -41,14 +41,14 @@ export function typedArray(value, Type, name) {
   return value;
 }
 
-/** `signal`, which may be undefined, as an AbortSignal. Throws its reason where it has been given. */
+/** Checks that `signal` is undefined or an AbortSignal. Throws its reason if it is already aborted. */
 export function readSignal(signal) {
   if (signal !== undefined && !(signal instanceof AbortSignal)) refuse('signal is no AbortSignal');
   signal?.throwIfAborted();
   return signal;
 }
 
-/** The bytes of a buffer, or of a view. One whose memory is gone would count as empty. */
+/** The bytes of a buffer or a view. Refuses one whose memory is gone, which would otherwise count as empty. */
 export function bytesIn(source, name) {
   try {
     source.keys?.(); // throws also where a buffer has become too small for its typed array

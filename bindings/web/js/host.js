@@ -3,7 +3,7 @@ import { NifError, refuse } from './errors.js';
 
 export const isNode = typeof process === 'object' && typeof process.versions?.node === 'string' && typeof document === 'undefined';
 
-/** A module of node's; bundlers for pages are to leave it alone. */
+/** Imports a module of node; bundlers for pages must leave it alone. */
 const ofNode = (name) => import(/* webpackIgnore: true */ /* @vite-ignore */ `node:${name}`);
 
 async function readLocal(url, signal) {
@@ -36,7 +36,7 @@ export async function open(url, signal) {
   return response;
 }
 
-/** All bytes of what open() gave. */
+/** All bytes of what open() returned. */
 export async function bytesOf(opened, name, signal) {
   if (opened instanceof Uint8Array) return opened;
   try {
@@ -73,7 +73,7 @@ export async function startWorker(url) {
   };
 }
 
-/** In a worker: how it hears and answers. */
+/** In a worker: how it receives messages and answers. */
 export async function ownPort() {
   if (!isNode) return self;
   const { parentPort } = await ofNode('worker_threads');

@@ -14,7 +14,7 @@ declare global {
   }
 }
 
-/** What nifkit refuses: `message` is one sentence. */
+/** Thrown when a call fails: `message` is one sentence. */
 export class NifError extends Error {
   /** Its number in nif.h, e.g. 32. */
   readonly code: number;
@@ -22,18 +22,18 @@ export class NifError extends Error {
   readonly codeName: string;
 }
 
-/** Whether this engine has vectors of 128 bits in WebAssembly. */
+/** Does this engine have vectors of 128 bits in WebAssembly? */
 export function hasSimd(): boolean;
 
 export interface DeviceOptions {
-  /** Vectors of 128 bits; where the engine has them. The answers are the same. */
+  /** Use vectors of 128 bits; by default if the engine has them. The answers are the same. */
   simd?: boolean;
 }
 
-/** One instance of the runtime with memory of its own. */
+/** One instance of the runtime, with its own memory. */
 export class Device {
   private constructor();
-  /** Loads the module, 138 kB compressed (without vectors 106 kB), where no device has yet. */
+  /** Loads the module, 138 kB compressed (without vectors 106 kB), unless another device has loaded it. */
   static create(options?: DeviceOptions): Promise<Device>;
   /** "wasm" (vectors) or "scalar". */
   readonly isa: string;
@@ -58,7 +58,7 @@ export interface AssetInfo {
   formatVersion: number;
   fileBytes: number;
   residentBytes: number;
-  /** What the baker has noted, parsed; undefined where there is none. Throws NIF_ERROR_DAMAGED_NIF where it is no JSON. */
+  /** The baker's metadata, parsed; undefined if there is none. Throws NIF_ERROR_DAMAGED_NIF if it is not JSON. */
   readonly metadata: unknown;
 }
 
@@ -69,12 +69,12 @@ export interface ObjectInfo {
   /** Of the source mesh, in object space. */
   boundsMin: number[];
   boundsMax: number[];
-  /** Start shadow rays so far from the surface, in object units. */
+  /** Start shadow rays this far from the surface, in object units. */
   bias: number;
   triangles: number;
   residentBytes: number;
   proves: boolean;
-  /** 0: the object knows no numbers of the source mesh's triangles. */
+  /** 0: the object does not have the source mesh's numbers of triangles. */
   sourceTriangles: number;
   colors: boolean;
 }
@@ -89,8 +89,8 @@ export interface AssetInstanceInfo {
 
 export interface SignalOptions {
   /**
-   * Ends the call early: its promise is rejected with the signal's reason, unless all was done before. What a worker has
-   * already begun is finished first, some milliseconds.
+   * Ends the call early: its promise is rejected with the signal's reason, unless it was already done. Work that a worker has
+   * already started is finished first, which takes some milliseconds.
    */
   signal?: AbortSignal;
 }
@@ -98,7 +98,7 @@ export interface SignalOptions {
 /** An immutable asset, for any number of scenes of its device. */
 export class Asset {
   private constructor();
-  /** Safe on untrusted bytes: what is damaged is refused. */
+  /** Safe on untrusted bytes: damaged files are refused. */
   static load(device: Device, source: Source, options?: SignalOptions): Promise<Asset>;
   readonly device: Device;
   readonly info: AssetInfo;
@@ -113,9 +113,9 @@ export class Asset {
 export type Transform = ArrayLike<number>;
 
 /**
- * A batch of rays. Either 8 numbers a ray: origin x, y, z, tmin, direction x, y, z, tmax. Or arrays of their own, in each of
- * which there is one value for all rays, or one for each. A ray meets the instances whose own mask has a bit in common with its
- * mask; all where none is given.
+ * A batch of rays. Either 8 numbers per ray: origin x, y, z, tmin, direction x, y, z, tmax. Or separate arrays, each with one
+ * value for all rays, or one per ray. A ray meets the instances whose own mask has a bit in common with its mask; without a
+ * mask, all.
  */
 export type Rays =
   | Float32Array
@@ -123,12 +123,12 @@ export type Rays =
   | {
       origins: Float32Array;
       directions: Float32Array;
-      /** 0 where it is not given. */
+      /** 0 if it is not given. */
       tmin?: number | Float32Array;
-      /** Infinity where it is not given. */
+      /** Infinity if it is not given. */
       tmax?: number | Float32Array;
       mask?: number | Uint32Array;
-      /** Where origins and directions do not say. */
+      /** Needed if origins and directions do not determine it. */
       count?: number;
     };
 
@@ -140,7 +140,7 @@ export interface Answers {
   visible: Uint8Array;
   /** The same as bits, the lowest first. */
   visibleBits: Uint8Array;
-  /** That the ray is visible, calibrated. */
+  /** Calibrated probability that the ray is visible. */
   probability: Float32Array;
   /** 1: proven. */
   certain: Uint8Array;
@@ -148,9 +148,9 @@ export interface Answers {
 }
 
 export interface Hits {
-  /** 1: the ray meets something. */
+  /** 1: the ray hits something. */
   hit: Uint8Array;
-  /** Where, in units of the direction; Infinity if nothing is met. */
+  /** Where, in units of the direction; Infinity if nothing is hit. */
   t: Float32Array;
   /** [3] Of unit length, in world space, on the side that the ray comes from. */
   normal: Float32Array;
@@ -164,11 +164,11 @@ export interface Hits {
   tHigh: Float32Array;
   /** [3] Linear red, green and blue. */
   color: Float32Array;
-  /** What setInstanceUser() gave the instance; 0 if nothing is met. */
+  /** The value that setInstanceUser() gave the instance; 0 if nothing is hit. */
   user: BigUint64Array;
 }
 
-/** Rays that proofs leave open: entry k is about ray number rays[k], of which only the part from tmin[k] to tmax[k] matters. */
+/** Rays that proofs leave open: entry k is about ray number rays[k]; only its interval from tmin[k] to tmax[k] matters. */
 export interface OpenRays {
   rays: Uint32Array;
   tmin: Float32Array;
@@ -182,7 +182,7 @@ export interface InstanceInfo {
   asset: Asset;
   object: number;
   mask: number;
-  /** The sum of some flags, such as INSTANCE_DISABLED. */
+  /** A sum of flags, such as INSTANCE_DISABLED. */
   flags: number;
   user: bigint;
   origin: number[];
@@ -196,22 +196,22 @@ export const INSTANCE_DISABLED: 1;
 /**
  * Answers rays exactly: sets visible[k] to 1 or 0 for ray number rays[k] of the query. At first visible[k] is the learned
  * answer. Gets 1 to 1,024 rays, in ascending order. It must not use scenes of the device that calls it, and is not asynchronous.
- * What it throws, the query throws.
+ * If it throws, the query throws the same.
  */
 export type Fallback = (rays: Uint32Array, visible: Uint8Array) => void;
 
 type Wanting<All> = { [Name in keyof All]?: Wanted<All[Name]> };
 type Given<All, Some> = { [Name in keyof Some & keyof All]: All[Name] };
 
-/** Instances of objects: build, commit, ask; after a change, commit again. */
+/** Instances of objects: build, commit, query; after a change, commit again. */
 export class Scene {
   constructor(device: Device);
   readonly device: Device;
   /** All instances of the asset's file, or each object once if it has none and does not place nothing. Returns their numbers. */
   addAsset(asset: Asset, transform?: Transform | null): { first: number; count: number };
-  /** Returns the instance's number: the lowest that is free. */
+  /** Returns the instance's number: the lowest free one. */
   addInstance(asset: Asset, object: number, transform?: Transform | null): number;
-  /** Its number is free for the next addInstance(); the others keep theirs. */
+  /** Its number becomes free for the next addInstance(); the others keep theirs. */
   removeInstance(instance: number): void;
   setInstanceTransform(instance: number, transform?: Transform | null): void;
   /** 12 numbers for each instance. Null: instances 0, 1, ... All or nothing. */
@@ -223,7 +223,7 @@ export class Scene {
   /** A ray meets the instance only if their masks have a bit in common. 0xffffffff for a new one. */
   setInstanceMask(instance: number, mask: number): void;
   setInstanceFlags(instance: number, flags: number): void;
-  /** A value of yours, 0 to 2^64 - 1, which hits return. */
+  /** A value for your own use, 0 to 2^64 - 1, which hits return. */
   setInstanceUser(instance: number, user: number | bigint): void;
   instance(instance: number): InstanceInfo;
   commit(): void;
@@ -237,7 +237,7 @@ export class Scene {
     residentBytes: number;
     origin: number[];
   };
-  /** Which rays are visible. Returns the arrays; { visible: true } is wanted where nothing else is named. */
+  /** Finds which rays are visible. Returns the arrays; by default { visible: true }. */
   query(rays: Rays): { visible: Uint8Array };
   query<Some extends Wanting<Answers>>(rays: Rays, outputs: Some): Given<Answers, Some>;
   /**
@@ -245,10 +245,10 @@ export class Scene {
    * less passes none, a number above 1 every ray that is not certain. Its answers count as certain.
    */
   queryWithFallback<Some extends Wanting<Answers>>(rays: Rays, outputs: Some, confidence: number, fallback: Fallback): Given<Answers, Some>;
-  /** Answers what is proven, asks no network, and lists the other rays. Their answers are visible 0 and certain 0. */
+  /** Answers the rays that have a proof and lists the others, without networks. Listed rays get visible 0 and certain 0. */
   queryOpen(rays: Rays): OpenRays & { answers: { visible: Uint8Array } };
   queryOpen<Some extends Wanting<Answers>>(rays: Rays, outputs: Some): OpenRays & { answers: Given<Answers, Some> };
-  /** Where rays first meet the scene; { hit: true, t: true } is wanted where nothing else is named. */
+  /** Finds where rays first hit the scene; by default { hit: true, t: true }. */
   intersect(rays: Rays): { hit: Uint8Array; t: Float32Array };
   intersect<Some extends Wanting<Hits>>(rays: Rays, outputs: Some): Given<Hits, Some>;
   readonly disposed: boolean;
@@ -257,7 +257,7 @@ export class Scene {
 }
 
 export interface PoolInstance {
-  /** Its place in the pool's assets. */
+  /** Its index in the pool's assets. */
   asset: number;
   /** One object; without it all instances of the asset. */
   object?: number;
@@ -268,10 +268,10 @@ export interface PoolInstance {
 }
 
 export interface PoolOptions extends SignalOptions {
-  /** 1 to 64; as many as the machine has threads, at most 8, where it is not given. */
+  /** 1 to 64; by default as many as the machine has threads, at most 8. */
   workers?: number;
   assets: Source[];
-  /** Each asset once where it is not given. */
+  /** By default each asset once. */
   instances?: PoolInstance[];
   simd?: boolean;
 }
@@ -281,7 +281,7 @@ export class Pool {
   private constructor();
   static create(options: PoolOptions): Promise<Pool>;
   readonly workers: number;
-  /** Replaces all instances. Batches that were asked before have the ones before. */
+  /** Replaces all instances. Earlier batches use the earlier instances. */
   setInstances(instances: PoolInstance[]): Promise<void>;
   /** As Scene.query(). Rays are copied before it returns; do not touch arrays to fill until it is done, or has failed. */
   query(rays: Rays): Promise<{ visible: Uint8Array }>;
@@ -293,7 +293,7 @@ export class Pool {
   intersect(rays: Rays): Promise<{ hit: Uint8Array; t: Float32Array }>;
   intersect<Some extends Wanting<Hits>>(rays: Rays, outputs: Some, options?: SignalOptions): Promise<Given<Hits, Some>>;
   readonly disposed: boolean;
-  /** Ends the workers. What is being asked fails. */
+  /** Ends the workers. Running queries fail. */
   dispose(): void;
   [Symbol.dispose](): void;
 }

@@ -5,7 +5,7 @@ import { bytesOf, open } from './host.js';
 /** A module of one function that returns a vector. */
 const withVectors = Uint8Array.of(0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0, 253, 15, 253, 98, 11);
 
-/** Whether this engine has vectors of 128 bits. */
+/** Does this engine have vectors of 128 bits? */
 export const hasSimd = () => typeof WebAssembly === 'object' && WebAssembly.validate(withVectors);
 
 const compiled = new Map();
@@ -29,13 +29,13 @@ const builds = {
   'nifkit-simd': { glue: () => import('./nifkit-simd.mjs'), wasm: () => new URL('./nifkit-simd.wasm', import.meta.url) },
 };
 
-/** An instance of the module, with memory of its own. */
+/** Makes an instance of the module, with its own memory. */
 export async function instantiate(simd) {
   if (typeof WebAssembly !== 'object') refuse('this engine has no WebAssembly', 'NOT_AVAILABLE');
   if (simd && !hasSimd()) refuse('this engine has no vectors of 128 bits in WebAssembly: create the device with simd: false', 'NOT_AVAILABLE');
   const build = builds[simd ? 'nifkit-simd' : 'nifkit'];
   const [glue, wasm] = await Promise.all([build.glue(), compile(build.wasm())]);
-  // A promise of its own: that of the glue never settles where there is no instance.
+  // Makes a new promise, because the glue's never settles if there is no instance.
   return new Promise((resolve, reject) => {
     const instantiateWasm = (imports, done) => {
       WebAssembly.instantiate(wasm, imports)

@@ -1,5 +1,5 @@
-// Several workers that answer batches together. Each has the module and the assets, so this needs no memory
-// that is shared, and no headers.
+// Lets several workers answer batches together. Each has its own module and assets, so this needs neither shared
+// memory nor the HTTP headers for it.
 import { readSource } from './asset.js';
 import { NifError, failure, readSignal, refuse, wholeNumber } from './errors.js';
 import { startWorker } from './host.js';
@@ -7,17 +7,17 @@ import { hasSimd } from './module.js';
 import { ANSWERS, HITS, OPEN, RAY, readOutputs, readRays } from './rays.js';
 import { readTransform, readUser } from './scene.js';
 
-/** Rays of one message: some milliseconds of work, so that all workers end at about the same time. */
+/** Rays per message: some milliseconds of work, so that all workers finish at about the same time. */
 const kPiece = 16384;
 
 const kBrand = Symbol('nifkit');
 
-/** A copy of the part of `array` that is about these rays; numbers for all rays stay as they are. */
+/** Copies the part of `array` for these rays; single numbers for all rays stay as they are. */
 function part(array, each, count, first, rays) {
   return array.length === each && count !== 1 ? array.slice() : array.slice(first * each, (first + rays) * each);
 }
 
-/** Instances as workers get them: numbers alone, and as they are now. */
+/** The instances for workers: plain numbers, copied now. */
 function readInstances(instances) {
   if (instances === undefined || instances === null) return undefined;
   if (!Array.isArray(instances)) refuse('instances is no list');
@@ -166,7 +166,7 @@ export class Pool {
     for (const helper of this.#helpers) helper.stop(error);
   }
 
-  /** `take`, where it is given, gets the rest of what is answered about each piece. */
+  /** `take`, if given, gets the remaining results of each chunk. */
   async #batches(task, kinds, rays, outputs, signal, take) {
     this.#use();
     readSignal(signal);
@@ -204,7 +204,7 @@ export class Pool {
     return arrays;
   }
 
-  /** To the next helper that is idle, unless the signal has come by then. */
+  /** Gives the task to the next idle helper, unless the signal has been given by then. */
   #ask(task, message, transfer, signal) {
     this.#use();
     return new Promise((resolve, reject) => {

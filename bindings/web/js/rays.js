@@ -1,7 +1,7 @@
-// Batches of rays, and what is answered about them, as typed arrays.
+// Checks batches of rays, and makes typed arrays for the answers.
 import { refuse, typedArray, wholeNumber } from './errors.js';
 
-/** What queries write: class of the array, and numbers for each ray. In the order of the C++ structures. */
+/** The outputs of queries: class of the array, and numbers per ray. In the order of the C++ structures. */
 export const ANSWERS = {
   visible: [Uint8Array, 1],
   visibleBits: [Uint8Array, 1 / 8],
@@ -37,13 +37,13 @@ function limits(value, name, fallback) {
   return typedArray(value, Float32Array, name);
 }
 
-/** One mask for all rays, or one for each; undefined where there is none. */
+/** One mask for all rays, or one for each; undefined if there is none. */
 function masks(value) {
   if (value === undefined || value === null) return undefined;
   return typeof value === 'number' ? Uint32Array.of(wholeNumber(value, 'mask')) : typedArray(value, Uint32Array, 'mask');
 }
 
-/** Checks a batch. Gives `count`, `mask` (may be undefined), and either `rays`, or origins, directions, tmin and tmax. */
+/** Checks a batch. Returns `count`, `mask` (may be undefined), and either `rays`, or origins, directions, tmin and tmax. */
 export function readRays(batch) {
   if (batch instanceof Float32Array) batch = { rays: batch };
   if (typeof batch !== 'object' || batch === null) refuse('rays are a Float32Array, or { origins, directions, tmin, tmax, mask }');
@@ -72,7 +72,7 @@ export function readRays(batch) {
   return { ...one(count), ...arrays };
 }
 
-/** Arrays to fill, by name: those given, and new ones where `true` is given. */
+/** Returns the arrays to fill, by name: those given, and new ones for `true`. */
 export function readOutputs(kinds, outputs, count) {
   if (typeof outputs !== 'object' || outputs === null) refuse('outputs are an object: a typed array, or true for a new one, under each name');
   const arrays = {};

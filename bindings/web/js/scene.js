@@ -1,4 +1,4 @@
-// A scene: instances of assets' objects, committed, then asked.
+// A scene: instances of assets' objects; build it, commit it, query it.
 import { Asset } from './asset.js';
 import { Device } from './device.js';
 import { bytesIn, refuse, wholeNumber } from './errors.js';
@@ -21,7 +21,7 @@ export function readTransform(transform) {
   return numbers;
 }
 
-/** A whole number of 64 bits without a sign. */
+/** An unsigned integer of 64 bits. */
 export function readUser(user) {
   let value;
   try {
@@ -159,7 +159,7 @@ export class Scene {
     const device = this.#device;
     const module = device._module;
     let failure, first;
-    // What it throws must not go through the module.
+    // Exceptions must not pass through the module.
     module.fallback = (count, numbers, visible) => {
       if (failure) return;
       try {
@@ -256,7 +256,7 @@ export class Scene {
     return arrays;
   }
 
-  /** Asks piece by piece. `call`: of the module, or a function that makes it; `store` takes the answers. */
+  /** Queries chunk by chunk. `call`: of the module, or a function that makes it; `store` takes the answers. */
   #pieces(call, kinds, batch, arrays, store) {
     const staging = this.#device._staging();
     let first = 0;

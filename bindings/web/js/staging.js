@@ -1,8 +1,8 @@
-// Where batches lie in the module's memory: rays go in and answers come out piece by piece, in room that is taken once.
+// Copies batches into and out of the module's memory, chunk by chunk, through a buffer that is allocated once.
 import { refuse } from './errors.js';
 import { ANSWERS, HITS, OPEN, RAY } from './rays.js';
 
-/** Rays of a piece: few enough for phones (3 MB of room). A multiple of 8. */
+/** Rays per chunk: few enough for phones (a buffer of 3 MB). A multiple of 8. */
 const kPiece = 32768;
 
 /** Words of the structure Rays in src/module.cpp. */
@@ -34,7 +34,7 @@ export class Staging {
     this.#module._free(this.#start);
   }
 
-  /** Puts rays from number `first` on into place; returns how many. */
+  /** Copies rays into the buffer, from number `first` on; returns how many. */
   load(batch, first, kinds, arrays) {
     const { HEAPF32, HEAPU32 } = this.#module;
     const count = Math.min(kPiece, batch.count - first);
@@ -68,7 +68,7 @@ export class Staging {
     return count;
   }
 
-  /** Takes `count` answers of these kinds, which lie at `from`; returns where they end. */
+  /** Copies `count` answers of these kinds out of the buffer, from `from` on; returns where they end. */
   store(first, count, kinds, arrays, from = this.#answers) {
     const buffer = this.#module.HEAPU8.buffer;
     for (const [name, kind] of Object.entries(kinds)) {

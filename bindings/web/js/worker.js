@@ -8,7 +8,7 @@ import { Scene } from './scene.js';
 let device, scene;
 const assets = [];
 
-/** Each asset once where no instances are named. */
+/** Each asset once if no instances are named. */
 function setInstances(instances) {
   const next = new Scene(device);
   try {

@@ -1,8 +1,8 @@
-// What the JavaScript of this package calls: nif.h without structures, 64-bit numbers and out parameters.
-// Each call returns a code of NifError; what else it says lies in `said`, where JavaScript reads it.
+// The interface for the package's JavaScript: nif.h without structures, 64-bit numbers and out parameters.
+// Each call returns a NifError; other results are in `said`, where JavaScript reads them.
 //
-// Handles and pointers are trusted: they come from the package's JavaScript alone, which checks what its
-// users give.
+// Handles and pointers are trusted: they come only from the package's JavaScript, which checks its users'
+// arguments.
 #include <emscripten.h>
 #include <nif/nif.h>
 
@@ -10,7 +10,7 @@
 
 namespace {
 
-/// Numbers that a call returns, in the order that its comment names. 64-bit ones are exact up to 2^53.
+/// The numbers that a call returns, in the order of its comment. 64-bit numbers are exact up to 2^53.
 double said[24];
 
 class Saying {
@@ -106,7 +106,7 @@ NifAnswers answers_of(const Answers& wanted) {
   return answers;
 }
 
-/// What scene.js has set: it answers these rays, and throws nothing.
+/// Calls the fallback that scene.js has set, which does not throw.
 EM_JS(void, ask_fallback, (uint32_t count, const uint64_t* rays, uint8_t* visible),
       { Module['fallback'](count, rays, visible); });
 

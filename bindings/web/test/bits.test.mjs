@@ -1,4 +1,4 @@
-// The bits of the library of this machine, for all golden assets, in all builds of the module and in workers.
+// All builds of the module, and workers, give the bits of this machine's library, for all golden assets.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 

@@ -1,5 +1,5 @@
-// The calls that change instances, and those that answer what networks cannot: masks, origins, user values, fallbacks, open rays,
-// and ending early.
+// The calls that change instances, and those for rays that need more than networks: masks, origins, user values, fallbacks,
+// open rays, and cancelling.
 import assert from 'node:assert/strict';
 import { createServer } from 'node:http';
 import { test } from 'node:test';

@@ -1,4 +1,4 @@
-// What the tests share: the package as it was built, and golden assets.
+// Shared by the tests: the built package, and golden assets.
 import { existsSync, readdirSync, readFileSync } from 'node:fs';
 
 export const root = new URL('../../../', import.meta.url);

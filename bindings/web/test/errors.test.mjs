@@ -1,4 +1,4 @@
-// What is wrong is said in one sentence, with the library's code, and harms nothing.
+// Errors give one sentence and the library's code, and do no harm.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { mkdtempSync, rmSync } from 'node:fs';

@@ -1,6 +1,6 @@
-// native ASSET RAYS OUT: what the library of this machine answers, for package.test.mjs to compare. Of each
-// object of the asset, and of the whole asset placed by a transform, RAYS rays (a multiple of 8) and all
-// outputs about them.
+// native ASSET RAYS OUT: writes the answers of this machine's library, for package.test.mjs to compare. For
+// each object of the asset, and for the whole asset placed by a transform: RAYS rays (a multiple of 8) and
+// all their outputs.
 #include <nif/nif.h>
 
 #include <cmath>
@@ -17,7 +17,7 @@ void must(NifError error) {
   std::exit(1);
 }
 
-/// Through the box and about it; some along axes, some that are invalid.
+/// Rays through and around the box; some along axes, some invalid.
 std::vector<NifRay> make_rays(const float (&low)[3], const float (&high)[3], size_t count) {
   std::mt19937 random(19);
   const auto unit = [&] { return static_cast<float>(random() >> 8) * 0x1p-24f; };

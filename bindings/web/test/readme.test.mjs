@@ -1,4 +1,4 @@
-// The README's example, in a project that has the package as npm packed it.
+// The README's example works in a project that installed the package as npm packed it.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { copyFileSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';

@@ -1,4 +1,4 @@
-// Nothing leaks, and what was disposed of stays so.
+// Nothing leaks, and disposed objects stay disposed.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 

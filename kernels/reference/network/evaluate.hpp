@@ -1,6 +1,9 @@
 // Evaluates the network of an object: a few layers of small integers.
 #pragma once
 
+#include <cstddef>
+
+#include "kernels/reference/host_device.hpp"
 #include "kernels/reference/network/field.hpp"
 
 namespace nif::kernels {

@@ -65,8 +65,9 @@ NIF_HOST_DEVICE inline void to_angles(const float v[3], float& theta, float& phi
   phi = angle_of(v[1], v[0]) * kPerTwoPi + 0.5f;
 }
 
-/// Classifies a segment. As for `bvh` objects (kernels/reference/triangles/query.hpp) the AABB's planes count
-/// as a little nearer on the way in and a little farther on the way out, which outweighs all rounding.
+/// Tells what becomes of a segment. As with `bvh` objects (kernels/reference/triangles/query.hpp) the AABB's
+/// planes are seen from a little nearer on the way in and from a little farther on the way out, which
+/// outweighs all rounding.
 NIF_HOST_DEVICE inline SphericalRay prepare_spherical(const SphericalBounds& bounds, const Segment& segment) {
   constexpr float kPadding = 0x1p-20f, kFlattest = 0x1p-30f;
   const float *o = segment.origin, *d = segment.direction;

@@ -99,16 +99,16 @@ class Asset : public Handle<NifAsset, nifRetainAsset, nifReleaseAsset> {
     check(nifLoadAssetFile(device.get(), path.c_str(), mode, &asset.pointer_));
     return asset;
   }
-  /// A whole file in memory. In place: the bytes must not move or change until the last reference to the asset
-  /// is gone, including those of scenes.
+  /// Loads a whole file from memory. In place: the bytes must not move or change until the last reference to
+  /// the asset is gone, including those of scenes.
   static Asset load(const Device& device, std::span<const std::byte> bytes,
                     NifLoadMode mode = NIF_LOAD_COPY) {
     Asset asset;
     check(nifLoadAssetMemory(device.get(), bytes.data(), bytes.size(), mode, &asset.pointer_));
     return asset;
   }
-  /// A file of `size` bytes, which `read(offset, bytes)` writes into the span and returns whether it could. It
-  /// must not throw.
+  /// Loads a file of `size` bytes. `read(offset, bytes)` fills the span with the file's bytes and returns
+  /// whether it could. It must not throw.
   template <class Read>
   requires std::is_invocable_r_v<bool, Read&, uint64_t, std::span<std::byte>>
   static Asset load(const Device& device, const char* name, uint64_t size, Read&& read) {
@@ -156,10 +156,10 @@ class Asset : public Handle<NifAsset, nifRetainAsset, nifReleaseAsset> {
   }
 };
 
-/// Rays to ask about. The arrays belong to the caller.
+/// The rays of a query. The arrays belong to the caller.
 class Rays {
  public:
-  /// An array of NifRay: a span, or what converts to one.
+  /// An array of NifRay: a span, or anything that converts to one.
   template <class Array>
   requires std::is_convertible_v<const Array&, std::span<const NifRay>> Rays(const Array& rays) {
     const std::span<const NifRay> array(rays);
@@ -175,7 +175,7 @@ class Rays {
     rays_.mask_stride = sizeof(uint32_t);
     return *this;
   }
-  /// One mask for all of them, which must stay where it is.
+  /// One mask for all rays. It must stay in place as long as the rays are used.
   Rays& mask(const uint32_t& mask) {
     rays_.mask = &mask;
     rays_.mask_stride = 0;
@@ -187,11 +187,11 @@ class Rays {
   NifRays rays_;
 };
 
-/// NifAnswers or NifHits, with arrays whose lengths are checked when the rays are known.
+/// NifAnswers or NifHits, with a check of the arrays' lengths once the number of rays is known.
 template <class Structure>
 class Outputs {
  public:
-  /// The structure, for queries of so many rays. Throws Error if an array is too short.
+  /// The structure, for a query of this many rays. Throws Error if an array is too short.
   const Structure& get(uint64_t rays) const {
     if (rays > rays_) throw Error(NIF_ERROR_INVALID_ARGUMENT, too_short_);
     return outputs_;
@@ -199,7 +199,7 @@ class Outputs {
 
  protected:
   explicit Outputs(const char* too_short) : too_short_(too_short) {}
-  /// Values of a ray in an array, e.g. 3 for a normal.
+  /// `values`: how many the array has per ray, e.g. 3 for a normal.
   template <class T>
   void set(T* Structure::*member, std::span<T> array, uint64_t values = 1) {
     outputs_.*member = array.data();
@@ -211,15 +211,15 @@ class Outputs {
 
  private:
   const char* too_short_;
-  uint64_t rays_ = ~uint64_t{0};  ///< that all arrays have room for
+  uint64_t rays_ = ~uint64_t{0};  ///< how many fit in every array
 };
 
-/// Where the answers of a query go: an element for each ray. The arrays belong to the caller.
+/// Where a query writes its answers: one element per ray. The arrays belong to the caller.
 class Answers : public Outputs<NifAnswers> {
  public:
   Answers() : Outputs("answers: an array is too short") {}
   Answers& visible(std::span<uint8_t> bytes) { return with(&NifAnswers::visible, bytes); }
-  /// (rays + 7) / 8 bytes.
+  /// Needs (rays + 7) / 8 bytes.
   Answers& visible_bits(std::span<uint8_t> bytes) {
     outputs_.visible_bits = bytes.data();
     limit(bytes.size() * 8);
@@ -237,8 +237,8 @@ class Answers : public Outputs<NifAnswers> {
   }
 };
 
-/// Where first hits go: an element for each ray, but three for normals and colours. The arrays belong to the
-/// caller.
+/// Where a query writes first hits: one element per ray, three for normals and colours. The arrays belong to
+/// the caller.
 class Hits : public Outputs<NifHits> {
  public:
   Hits() : Outputs("hits: an array is too short") {}
@@ -264,8 +264,8 @@ class Hits : public Outputs<NifHits> {
   }
 };
 
-/// A query that runs in the background. Do not change its arrays or the scene until it is done. Destroying the
-/// job waits for that.
+/// A query that runs in the background. Do not change its arrays or the scene until it is done. The
+/// destructor waits for that.
 class Job {
  public:
   Job() = default;
@@ -288,7 +288,7 @@ class Job {
     check(nifIsJobDone(job_, &done));
     return done != 0;
   }
-  /// Leaves out what nobody has started on; wait() then throws NIF_ERROR_CANCELLED.
+  /// Skips the rays that no thread has started; wait() then throws NIF_ERROR_CANCELLED.
   void cancel() const { check(nifCancelJob(job_)); }
   NifJob get() const { return job_; }
 
@@ -367,8 +367,8 @@ class Scene : public Handle<NifScene, nifRetainScene, nifReleaseScene> {
     check(nifQueryWithFallback(pointer_, &rays.get(), &answers.get(rays.get().count), confidence, call,
                                const_cast<void*>(static_cast<const void*>(std::addressof(fallback)))));
   }
-  /// Lists what stays open in `numbers`, `tmin` and `tmax` (each may be shorter than the query) and returns how
-  /// many rays that are, which may be more than there is room for.
+  /// Lists the open rays in `numbers`, `tmin` and `tmax` (each may be shorter than the query). Returns how
+  /// many rays are open, which may be more than fit.
   uint32_t query_open(const Rays& rays, const Answers& answers, std::span<uint32_t> numbers,
                       std::span<float> tmin, std::span<float> tmax) const {
     uint32_t count = 0;
@@ -381,8 +381,8 @@ class Scene : public Handle<NifScene, nifRetainScene, nifReleaseScene> {
     query_open(rays, answers, open);
     return count;
   }
-  /// For rays in device memory: puts the query into its stream, and returns at once. All arrays of `open`, and
-  /// its count, are device memory, too.
+  /// For rays in device memory: puts the query into its stream, and returns at once. All arrays of `open` and
+  /// its count are in device memory too.
   void query_open(const Rays& rays, const Answers& answers, const NifOpenRays& open) const {
     check(nifQueryOpen(pointer_, &rays.get(), &answers.get(rays.get().count), &open));
   }

@@ -1,4 +1,5 @@
-// The C interface: checks of arguments, then the call, under one wrapper that turns exceptions into codes.
+// Implements the C interface: each function checks its arguments and makes the call, inside a wrapper that
+// turns exceptions into codes.
 #include <iterator>
 
 #include "api/error.hpp"
@@ -38,7 +39,7 @@ struct Handled<NifJob> {
   static constexpr const char* kName = "job";
 };
 
-/// What a handle stands for. Throws Failure where that is nothing.
+/// Returns the object behind a handle. Throws Failure if there is none.
 template <class Handle>
 auto& get(Handle handle) {
   using About = Handled<Handle>;
@@ -49,7 +50,7 @@ auto& get(Handle handle) {
   return static_cast<typename About::Type&>(*object);
 }
 
-/// A handle for a new object, whose reference it takes over.
+/// Makes a handle for a new object, and takes over its reference.
 template <class Handle>
 Handle hand_out(typename Handled<Handle>::Type* object) {
   try {
@@ -80,7 +81,7 @@ void release_one(Handle handle) {
     give_back(static_cast<typename About::Type&>(*object));
 }
 
-/// Rays and where their answers go, both checked.
+/// Reads and checks the rays and the outputs of a query.
 Request read_query(const NifSceneObject& scene, const NifRays* rays, const NifAnswers* answers) {
   Request request;
   request.rays = read_structure(rays, "rays");

@@ -1,4 +1,4 @@
-// Devices: reading the configuration and using the caller's allocator.
+// Creates devices: reads the configuration, and uses the caller's allocator.
 #include "api/device.hpp"
 
 #include <algorithm>
@@ -27,7 +27,7 @@ uint32_t parse_number(std::string_view key, std::string_view value, uint32_t mos
   return number;
 }
 
-/// 0 stands for as many as the machine has threads.
+/// 0 stands for the number of threads that the machine has.
 uint32_t parse_count(std::string_view key, std::string_view value) {
   const uint32_t count = parse_number(key, value, kMaxThreads);
   return count != 0 ? count : machine_threads();
@@ -44,7 +44,7 @@ Isa parse_isa(std::string_view value) {
   refuse_argument("configuration: unknown value isa=" + std::string(value));
 }
 
-/// The number of the name that the value is.
+/// Returns the index of the value in `names`.
 size_t parse_name(std::string_view key, std::string_view value, std::initializer_list<const char*> names) {
   const auto at = std::find(names.begin(), names.end(), value);
   if (at == names.end())
@@ -52,7 +52,7 @@ size_t parse_name(std::string_view key, std::string_view value, std::initializer
   return size_t(at - names.begin());
 }
 
-/// What is of no use without a GPU backend, or together, is a mistake.
+/// Refuses keys that have no effect without a GPU backend, or in combination.
 void check_backend(const Configuration& configuration, bool for_gpu) {
   if (for_gpu && std::string_view(configuration.backend) == "cpu")
     refuse_argument("configuration: device=, module=, pipeline= and precision= need backend=gpu");
@@ -76,7 +76,7 @@ void CallbackMemory::do_deallocate(void* memory, size_t bytes, size_t alignment)
 Configuration parse_configuration(std::string_view text) {
   Configuration configuration;
   configuration.queries = machine_threads();
-  bool for_gpu = false;  // something is
+  bool for_gpu = false;  // set if some key is
   while (!text.empty()) {
     const std::string_view item = text.substr(0, text.find(','));
     text.remove_prefix(std::min(text.size(), item.size() + 1));

@@ -1,4 +1,4 @@
-// A device: configuration, and the caller's allocator, task runner and log.
+// A device: its configuration, and the caller's allocator, task runner and log.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@
 
 namespace nif::runtime {
 
-/// The caller's allocator as the standard library wants it.
+/// Wraps the caller's allocator for the standard library.
 class CallbackMemory : public std::pmr::memory_resource {
  public:
   explicit CallbackMemory(const NifDeviceCallbacks& callbacks) : callbacks_(callbacks) {}
@@ -32,17 +32,17 @@ class CallbackMemory : public std::pmr::memory_resource {
 struct Configuration {
   uint32_t threads = 1;
   KernelChoice kernels;
-  uint32_t queries;              ///< that find memory to work in at the same time
+  uint32_t queries;              ///< most queries that have work memory at the same time
   const char* backend = "cpu";   ///< cpu, gpu, cuda or hip
-  std::optional<uint32_t> card;  ///< of a GPU backend
+  std::optional<uint32_t> card;  ///< for a GPU backend
   GpuSettings gpu{};             ///< likewise
-  std::string_view module;       ///< its file, or ""; of the text that was parsed
+  std::string_view module;       ///< its file, or ""; a view into the parsed text
 };
 
 /// Parses "key=value,key=value". Throws Failure.
 Configuration parse_configuration(std::string_view text);
 
-/// Where the backend is one. Throws Failure.
+/// Opens the GPU if the backend is one. Throws Failure.
 void open_gpu(const Configuration& configuration, std::optional<Gpu>& gpu);
 
 }  // namespace nif::runtime
@@ -56,12 +56,12 @@ struct NifDeviceObject : nif::runtime::Object {
         jobs(settings.threads > 1 ? settings.queries : 0, memory()),
         free_jobs(uint32_t(jobs.size()), memory()),
         pool(callbacks.submit ? 0 : settings.threads - 1, memory()) {
-    for (NifJobObject& job : jobs) job.drop();  // nobody refers to them yet
+    for (NifJobObject& job : jobs) job.drop();  // no references yet
     open_gpu(settings, gpu);
     configuration.module = {};
   }
 
-  /// To the caller's log, if there is one. `sentence()` makes the text, only then.
+  /// Writes to the caller's log, if there is one. Only then is `sentence()` called, to make the text.
   template <class Sentence>
   void log(NifLogLevel level, const Sentence& sentence) const {
     if (own_callbacks.log) own_callbacks.log(own_callbacks.user, level, std::string(sentence()).c_str());
@@ -74,9 +74,9 @@ struct NifDeviceObject : nif::runtime::Object {
   nif::runtime::Configuration configuration;
   NifDeviceCallbacks own_callbacks;
   nif::runtime::CallbackMemory callback_memory;
-  std::optional<nif::runtime::Gpu> gpu;  ///< where the backend is one
+  std::optional<nif::runtime::Gpu> gpu;  ///< if the backend is one
   nif::runtime::WorkAreas areas;
-  std::pmr::vector<NifJobObject> jobs;  ///< for queries that return when they are answered
+  std::pmr::vector<NifJobObject> jobs;  ///< for synchronous queries
   nif::runtime::Claims free_jobs;
   nif::runtime::ThreadPool pool;
 };

@@ -1,4 +1,4 @@
-// The last failure's sentence of each thread, in a fixed buffer: keeping it cannot fail.
+// Keeps each thread's last error message, in a fixed buffer, so that keeping it cannot fail.
 #include "api/error.hpp"
 
 #include <string_view>
@@ -6,7 +6,7 @@
 namespace nif::runtime {
 namespace {
 
-// With room for a path of the greatest length, and why it is of no use.
+// Has room for a path of the greatest length, and a reason.
 thread_local char message[5120] = "";
 
 }  // namespace

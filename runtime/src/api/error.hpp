@@ -10,7 +10,7 @@
 
 namespace nif::runtime {
 
-/// What a call of the C interface refuses, with its code.
+/// Thrown when a call of the C interface fails, with its code.
 class Failure : public std::runtime_error {
  public:
   Failure(NifError code, const std::string& sentence) : std::runtime_error(sentence), code_(code) {}
@@ -22,10 +22,10 @@ class Failure : public std::runtime_error {
 
 NifError code_of(Status status);
 
-/// Keeps the sentence for nifGetErrorMessage() on this thread; returns the code.
+/// Stores the sentence for nifGetErrorMessage() on this thread; returns the code.
 NifError record_failure(NifError code, const char* sentence) noexcept;
 
-/// Runs one call of the C interface.
+/// Runs one call of the C interface, and turns exceptions into codes.
 template <class Call>
 NifError guarded(Call&& call) noexcept {
   try {

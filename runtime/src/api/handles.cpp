@@ -1,5 +1,5 @@
-// A table of all objects that the process's callers know. It outlives every device, so it cannot be of a
-// device's memory: a fixed part is enough for 1,024 objects at once, and more of them make it grow for good.
+// The table of all objects that the process has handles to. It outlives every device, so it cannot use a
+// device's memory: a fixed part holds 1,024 objects at once; for more, the table grows and never shrinks.
 #include "api/handles.hpp"
 
 #include <atomic>
@@ -11,34 +11,35 @@
 namespace nif::runtime {
 namespace {
 
-// A handle is, from its lowest bit: the number of its slot, its kind, and how often the slot was used before.
+// A handle contains, from its lowest bit: the slot's number, the kind, and how often the slot was used
+// before.
 constexpr uint32_t kSlotBits = sizeof(uintptr_t) == 8 ? 24 : 16, kKindBits = 3;
 constexpr uintptr_t kKindShift = kSlotBits, kUseShift = kSlotBits + kKindBits;
-// Handles are never reused: a slot whose uses are all used up stays empty. In 32 bits that is after 8,192.
+// Handles are never reused: a slot stays empty after its last use. With 32 bits that is the 8,192nd.
 constexpr uintptr_t kMostUses = uintptr_t{1} << (8 * sizeof(uintptr_t) - kUseShift);
 constexpr uintptr_t kSlotMask = (uintptr_t{1} << kSlotBits) - 1, kKindMask = (uintptr_t{1} << kKindBits) - 1;
 
 struct Slot {
   std::atomic<uintptr_t> handle = 0;  ///< 0: free
   std::atomic<Object*> object = nullptr;
-  // The rest is guarded by the mutex.
+  // The members below are guarded by the mutex.
   uintptr_t uses = 0;
   uint32_t references = 0;
   uint32_t next_free = 0;
 };
 
-// Part 0 has 1,024 slots, and each other as many as all before it. Parts stay where they are.
+// Part 0 has 1,024 slots, and each later part as many as all parts before it. Parts never move.
 constexpr uint32_t kFirstPart = 1024;
 constexpr uint32_t kParts = kSlotBits - uint32_t(std::countr_zero(kFirstPart)) + 1;
 constexpr uint32_t kNone = 0xffffffffu;
 
 constinit Slot first_part[kFirstPart];
 constinit std::atomic<Slot*> parts[kParts] = {first_part};
-uint32_t slots = 0;          ///< that were ever used
-uint32_t free_slot = kNone;  ///< the latest of those that are free again
+uint32_t slots = 0;          ///< how many were ever used
+uint32_t free_slot = kNone;  ///< the slot freed last; the first of a list
 
-/// Guards the table. Not a constant in every standard library, and never destroyed: a program's own globals
-/// may release handles after those of this file have ended.
+/// Guards the table. Made at its first use, since not every standard library can make it at compile time.
+/// Never destroyed: a program's globals may release handles after the globals of this file are destroyed.
 std::mutex& mutex() {
   alignas(std::mutex) static std::byte place[sizeof(std::mutex)];
   static std::mutex* const made = new (place) std::mutex;
@@ -48,21 +49,21 @@ std::mutex& mutex() {
 uint32_t part_of(uint32_t slot) { return uint32_t(std::bit_width(slot / kFirstPart)); }
 uint32_t begin_of(uint32_t part) { return part == 0 ? 0 : kFirstPart << (part - 1); }
 
-/// Null where the table does not reach so far.
+/// Returns null if the table has no such slot.
 Slot* slot_at(uint32_t slot) {
   const uint32_t part = part_of(slot);
   Slot* begin = parts[part].load(std::memory_order_acquire);
   return begin ? begin + (slot - begin_of(part)) : nullptr;
 }
 
-/// The handle's slot; null where it stands for nothing.
+/// Returns the handle's slot, or null if the handle is not alive.
 Slot* slot_of(Kind kind, uintptr_t handle) {
   if ((handle >> kKindShift & kKindMask) != uintptr_t(kind)) return nullptr;
   Slot* slot = slot_at(uint32_t(handle & kSlotMask));
   return slot && slot->handle.load(std::memory_order_acquire) == handle ? slot : nullptr;
 }
 
-/// With the mutex held: the number of a free slot.
+/// Returns the number of a free slot. The mutex must be held.
 uint32_t take_slot() {
   if (free_slot != kNone) {
     const uint32_t slot = free_slot;

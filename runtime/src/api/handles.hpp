@@ -1,5 +1,5 @@
-// Handles as the caller sees them: numbers that are never used twice. So a handle that was released, or never
-// was one, is recognised, and nothing is read through it.
+// The caller's handles: numbers that are never used twice. So a released or made-up handle is recognised, and
+// nothing is read through it.
 #pragma once
 
 #include <cstdint>
@@ -10,18 +10,18 @@ namespace nif::runtime {
 
 enum class Kind : uintptr_t { device = 1, asset, scene, job };
 
-/// A new handle, with one reference of the caller's. It stands for one reference to the object, however many
+/// Makes a handle with one caller's reference. It holds one reference to the object, however many references
 /// the caller has. Throws std::bad_alloc.
 uintptr_t make_handle(Kind kind, Object* object);
 
-/// What the handle stands for; null for one that stands for nothing. Takes no lock.
+/// Returns the handle's object, or null if the handle is not alive. Takes no lock.
 Object* find_object(Kind kind, uintptr_t handle);
 
-/// One more reference of the caller's. False for a handle that stands for nothing.
+/// Adds a caller's reference. Returns false if the handle is not alive.
 bool retain_handle(Kind kind, uintptr_t handle);
 
-/// One less. With the last, the handle stands for nothing any more, and its object is returned, for its
-/// reference to be given back; else null.
+/// Removes a caller's reference. If it was the last, the handle dies, and its object is returned so that the
+/// caller can release the handle's reference to it. Otherwise returns null.
 Object* release_handle(Kind kind, uintptr_t handle);
 
 }  // namespace nif::runtime

@@ -1,4 +1,4 @@
-// What every handle refers to: a reference-counted object in memory of its device's allocator.
+// The base of what handles refer to: a reference-counted object in memory from its device's allocator.
 #pragma once
 
 #include <atomic>
@@ -6,7 +6,7 @@
 #include <memory_resource>
 #include <utility>
 
-// What the caller's handles stand for.
+// The objects behind the caller's handles.
 struct NifDeviceObject;
 struct NifAssetObject;
 struct NifSceneObject;
@@ -21,7 +21,7 @@ class Object {
   Object& operator=(const Object&) = delete;
 
   void retain() { references_.fetch_add(1, std::memory_order_relaxed); }
-  /// True where that was the last reference.
+  /// Returns true if that was the last reference.
   bool drop() { return references_.fetch_sub(1, std::memory_order_acq_rel) == 1; }
 
  private:
@@ -46,7 +46,7 @@ void destroy(std::pmr::memory_resource* memory, T* object) {
   memory->deallocate(object, sizeof(T), alignof(T));
 }
 
-/// A reference that an object holds on another. T has release(T*).
+/// One object's reference to another. T has release(T*).
 template <class T>
 class Ref {
  public:

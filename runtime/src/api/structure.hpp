@@ -1,4 +1,5 @@
-// Structures that cross the C boundary carry their size, so that old programs work with new libraries.
+// Reads and fills structures that cross the C boundary. They carry their size, so that old programs work with
+// new libraries.
 #pragma once
 
 #include <algorithm>
@@ -11,17 +12,17 @@
 
 namespace nif::runtime {
 
-/// A size beyond this is no newer header but memory that nobody has initialised.
+/// A size beyond this comes from uninitialised memory, not from a newer header.
 inline constexpr uint64_t kMaxStructure = 4096;
 
-/// Where pointers have 32 bits, as in WebAssembly, programs and library are always compiled together.
+/// With 32-bit pointers, as in WebAssembly, program and library are always compiled together.
 template <class Structure>
 constexpr uint64_t on_64_bits(uint64_t bytes) {
   return sizeof(void*) == 8 ? bytes : sizeof(Structure);
 }
 
-/// Size of a structure in the first frozen version of nif.h: what every program passes at least. These numbers
-/// never change. A structure that is added later has the size that it first had.
+/// Size of a structure in the first frozen version of nif.h, the least that any program passes. These numbers
+/// never change. A structure that is added later gets the size that it first had.
 template <class Structure>
 inline constexpr uint64_t kFirstSize = 0;
 template <>
@@ -55,7 +56,7 @@ inline constexpr uint64_t kFirstSize<NifInstanceInfo> = on_64_bits<NifInstanceIn
 template <>
 inline constexpr uint64_t kFirstSize<NifSceneInfo> = on_64_bits<NifSceneInfo>(80);
 
-/// `size` again, which it then fits.
+/// Checks `size`, and returns it as a size_t.
 inline size_t check_structure_size(uint64_t size, uint64_t least, const char* name) {
   if (size < least || size > kMaxStructure)
     refuse_argument(std::string(name) + ": struct_size is " + std::to_string(size) +
@@ -63,8 +64,8 @@ inline size_t check_structure_size(uint64_t size, uint64_t least, const char* na
   return size_t(size);
 }
 
-/// A copy of a structure that the caller passes in. What a newer header has beyond ours must be zero; what an
-/// older one lacks is zero in the copy.
+/// Copies a structure that the caller passes in. Members of a newer header that this one lacks must be zero;
+/// members that an older header lacks are zero in the copy.
 template <class T>
 T read_structure(const T* from, const char* name) {
   static_assert(kFirstSize<T> != 0 && kFirstSize<T> <= sizeof(T), "structures only grow");
@@ -79,7 +80,7 @@ T read_structure(const T* from, const char* name) {
   return copy;
 }
 
-/// Fills a structure of the caller's as far as it goes; what a newer header has beyond ours becomes zero.
+/// Fills a caller's structure up to its size; members of a newer header that this one lacks become zero.
 template <class T>
 void write_structure(T* to, T value, const char* name) {
   static_assert(kFirstSize<T> != 0 && kFirstSize<T> <= sizeof(T), "structures only grow");

@@ -1,4 +1,5 @@
-// What crosses from the runtime to its GPU module and back, member by member (layout.hpp).
+// Lists every structure that the runtime and its GPU module exchange, member by member, so that two binaries
+// can check that they agree on them (layout.hpp).
 #pragma once
 
 #include <type_traits>
@@ -15,7 +16,7 @@ constexpr void describe_fields(LayoutHash& hash, std::type_identity<std::variant
   (kernels::gpu::encoding_of<Field>(kernels::gpu::Encodings()).describe(hash), ...);
 }
 
-/// Everything that is reached from the arguments of GpuModule's functions.
+/// Covers everything reachable from the arguments of GpuModule's functions.
 constexpr uint64_t gpu_layout() {
   LayoutHash hash;
   hash.number(sizeof(GpuModule));

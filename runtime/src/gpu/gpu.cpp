@@ -1,5 +1,5 @@
-// Forwards calls to the module and turns its codes and messages into Failure; once a card is lost, that
-// is noted. An asset is uploaded once, with the first scene that has it.
+// Forwards calls to the GPU module, turns its codes and messages into Failure, and remembers the loss of a
+// GPU. An asset is uploaded once, with the first scene that uses it.
 #include "gpu/gpu.hpp"
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 namespace nif::runtime {
 namespace {
 
-/// As much of it as there is room for.
+/// Copies the text, truncated to the message's size.
 void set_text(GpuMessage& message, std::string_view text) {
   message.text[text.copy(message.text, sizeof(message.text) - 1)] = 0;
 }
@@ -50,7 +50,7 @@ Gpu::Gpu(std::string_view module, std::string_view backend, std::optional<uint32
 }
 
 void Gpu::upload(NifAssetObject& asset) {
-  const std::lock_guard lock(uploads_);  // scenes that share the asset may be committed at the same time
+  const std::lock_guard lock(uploads_);  // scenes that share the asset may be committed concurrently
   if (asset.on_gpu) return;
   std::pmr::vector<kernels::AnyField> objects(asset.device->memory());
   std::pmr::vector<kernels::HitDetails> details(asset.device->memory());
@@ -132,7 +132,7 @@ void Gpu::start(NifSceneObject& scene, const Request& request, NifJobObject& job
 void Gpu::wait(NifJobObject& job) {
   GpuMessage message;
   const NifError code = module_.wait_job(device_, job.on_gpu, &message);
-  job.done = job.batches;  // there is nothing more to wait for, whatever it came to
+  job.done = job.batches;  // done even after an error: nothing is left to wait for
   check(code, message);
 }
 

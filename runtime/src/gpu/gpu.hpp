@@ -1,5 +1,5 @@
-// The GPU backend as the rest of the runtime sees it: the module, and one card that it has opened. All else
-// of it lies in the module (runtime/gpu), behind module.hpp.
+// The rest of the runtime's view of the GPU backend: the module, and one GPU that it has opened. Everything
+// else is inside the module (runtime/gpu), behind module.hpp.
 #pragma once
 
 #include <atomic>
@@ -19,23 +19,23 @@ namespace nif::runtime {
 
 struct Request;
 
-/// A card in use by a device.
+/// A GPU that a device uses.
 class Gpu {
  public:
-  /// `module`: its file, or "" for the usual places. `backend`: "gpu", or "cuda" or "hip", which the card must
-  /// then be of. No card: the first one of the backend. Throws Failure that says what is missing.
+  /// `module`: its file, or "" for the usual places. `backend`: "gpu" for any, or "cuda" or "hip". No `card`:
+  /// the backend's first. Throws Failure that says what is missing.
   Gpu(std::string_view module, std::string_view backend, std::optional<uint32_t> card,
       const GpuSettings& settings);
   Gpu(const Gpu&) = delete;
   Gpu& operator=(const Gpu&) = delete;
-  /// Nothing may be left on the card.
+  /// Everything on the GPU must have been freed.
   ~Gpu() { module_.close_device(device_); }
 
   const GpuCard& card() const { return card_; }
-  /// Once a call has found that the card is lost. The CPU then answers what it can.
+  /// Has a call found that the GPU is lost? The CPU then answers what it can.
   bool lost() const { return lost_; }
 
-  // On the card. They throw Failure; what is not there is not freed.
+  // These work on the GPU. They throw Failure; freeing what is not on the GPU does nothing.
   void upload(NifAssetObject& asset);
   void upload(NifSceneObject& scene);
   void free(NifAssetObject& asset) noexcept;
@@ -47,11 +47,11 @@ class Gpu {
   void measure(NifSceneObject& scene, const NifRays& rays, const NifAnswers& answers, GpuMeasure measure,
                uint32_t rounds, double* seconds);
 
-  /// Of device memory. The job is not done before wait() or is_done() has said so.
+  /// Starts a query in device memory. The job is done only once wait() or is_done() says so.
   void start(NifSceneObject& scene, const Request& request, NifJobObject& job);
   void wait(NifJobObject& job);
   void poll(NifJobObject& job);
-  /// After this the job is done as far as the runtime goes; the card may still be at it.
+  /// Afterwards the job counts as done for the runtime, although the GPU may still work on it.
   void let_go(NifJobObject& job) noexcept;
 
  private:
@@ -61,14 +61,14 @@ class Gpu {
   GpuDevice* device_ = nullptr;
   GpuCard card_{};
   std::atomic<bool> lost_ = false;
-  std::mutex uploads_;  ///< of assets
+  std::mutex uploads_;  ///< one asset at a time
 };
 
-/// Why there is no card of a backend ("cuda" or "hip"), as one sentence; "" if a card can be used. Looks anew
-/// each time. Stays until the next call on this thread.
+/// Says in one sentence why no card of a backend ("cuda" or "hip") can be used; "" if one can. Each call
+/// looks again. The text is valid until the next call on this thread.
 const char* why_no_gpu(std::string_view backend);
 
-/// Throws Failure beyond the last card.
+/// Throws Failure if there is no such card.
 NifCardInfo describe_card(uint32_t card);
 
 }  // namespace nif::runtime

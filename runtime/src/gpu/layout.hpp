@@ -1,5 +1,5 @@
-// A fingerprint of the structures that the runtime and its GPU module hand each other: two binaries whose
-// fingerprints differ were made of different sources, and must not be used together.
+// Computes a fingerprint of the structures that the runtime and its GPU module exchange: two binaries with
+// different fingerprints were built from different sources, and must not be used together.
 #pragma once
 
 #include <cstddef>
@@ -8,10 +8,10 @@
 
 namespace nif::runtime {
 
-/// FNV-1a over sizes, alignments and offsets, in the order in which they are added.
+/// FNV-1a over sizes, alignments and offsets, in the order of the calls.
 class LayoutHash {
  public:
-  /// A member, a base class, or the word that bit fields share.
+  /// A member, a base class, or a word shared by bit fields.
   struct Part {
     size_t size, alignment;
     template <class Structure, class Member>
@@ -23,7 +23,7 @@ class LayoutHash {
     return {sizeof(T), alignof(T)};
   }
 
-  /// A structure and all of its parts, in their order. Does not compile where one is missing that takes room.
+  /// Adds a structure and all of its parts, in order. Does not compile if a part that takes space is missing.
   template <class T>
   constexpr void structure(std::initializer_list<Part> parts) {
     number(sizeof(T));

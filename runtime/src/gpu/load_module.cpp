@@ -1,5 +1,5 @@
-// The order of the places where the module is looked for. A module of another version or with other
-// layouts of structures is refused. Systems without dlopen have no module.
+// Searches for the GPU module in a fixed order of places, and loads it. Refuses a module of another version
+// or with other layouts of structures. Systems without dlopen have no module.
 #include "gpu/load_module.hpp"
 
 #include <cstdlib>
@@ -24,12 +24,12 @@ constexpr const char* kFile = "libnif_gpu.so";
 
 [[noreturn]] void refuse(const std::string& sentence) { throw Failure(NIF_ERROR_NOT_AVAILABLE, sentence); }
 
-/// Where the code of this function was loaded from, ending with '/'; "" where nobody knows.
+/// The folder that this code was loaded from, ending with '/'; "" if unknown.
 std::string own_folder() {
   Dl_info info{};
   std::string file;
   if (dladdr(reinterpret_cast<void*>(&own_folder), &info) != 0 && info.dli_fname) file = info.dli_fname;
-  if (file.find('/') == std::string::npos) {  // a program that was found by PATH
+  if (file.find('/') == std::string::npos) {  // a program that was found in PATH
     char self[4096];
     const ssize_t length = readlink("/proc/self/exe", self, sizeof(self));
     file.assign(self, length > 0 ? size_t(length) : 0);

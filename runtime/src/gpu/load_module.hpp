@@ -1,4 +1,4 @@
-// Finding and loading the GPU module.
+// Finds and loads the GPU module.
 #pragma once
 
 #include <string_view>
@@ -7,9 +7,10 @@
 
 namespace nif::runtime {
 
-/// The module in the given file; for "" in the file that the environment variable NIF_GPU_MODULE names; where
-/// there is none, libnif_gpu.so beside this library or program, in the folder for libraries that belongs to
-/// it, or where the system looks for libraries. It stays loaded. Throws Failure that says what is missing.
+/// Loads the module from the given file. If `file` is "", from the file that the environment variable
+/// NIF_GPU_MODULE names; if that is not set, from libnif_gpu.so in the folder of this library or program, in
+/// the library folder that belongs to it, or in the system's search path. The module stays loaded. Throws
+/// Failure that says what is missing.
 const GpuModule& load_gpu_module(std::string_view file);
 
 }  // namespace nif::runtime

@@ -1,10 +1,10 @@
-// What the runtime asks of its GPU module: a table of functions, which it gets from a shared library that is
-// loaded on demand. Neither side links the other, and nothing of CUDA or HIP stands here.
+// The interface between the runtime and its GPU module: a table of functions, which the runtime gets from a
+// shared library that it loads on demand. Neither side links the other, and nothing here depends on CUDA or
+// HIP.
 //
-// Both are made of one source tree at one time: the table is refused where its version, or the layout of what
-// is passed through it, is another (crossing.hpp). Functions return NIF_OK, or a code, and then have written
-// a sentence; they throw nothing and are thread-safe, but for calls that concern one scene, of which only
-// queries may overlap.
+// Both are built from the same sources: the runtime refuses a table with another version, or other layouts of
+// the structures that are passed (crossing.hpp). Functions return NIF_OK, or a code after writing a sentence.
+// They do not throw, and are thread-safe, except that of the calls for one scene only queries may overlap.
 #pragma once
 
 #include <cstdint>
@@ -16,52 +16,52 @@
 
 namespace nif::runtime {
 
-/// Changes with anything in this file.
+/// Increase it whenever this interface changes.
 inline constexpr uint32_t kGpuModuleVersion = 6;
 /// The module's only symbol: const GpuModule* nif_gpu_module(void).
 inline constexpr const char* kGpuModuleSymbol = "nif_gpu_module";
 
-/// One sentence, cut where it is longer.
+/// One sentence, truncated if it is too long.
 struct GpuMessage {
   char text[1024];
 };
 
-/// What tells a card from the others of the machine; zeros where its driver does not say.
+/// Identifies a card among those of the machine; zeros if its driver does not report it.
 struct GpuCardPlace {
   uint32_t pci_domain, pci_bus, pci_device;
   uint32_t has_luid;
   uint8_t uuid[16], luid[8];
 };
 
-/// A card, whether it can be used or not.
+/// A card, usable or not.
 struct GpuCard {
   char backend[8];  ///< "cuda" or "hip"
   char name[256];
-  char target[64];  ///< what code is made for, e.g. "gfx1100"
+  char target[64];  ///< what its code is compiled for, e.g. "gfx1100"
   char driver[64];
   uint64_t memory;  ///< bytes
   GpuCardPlace place;
-  GpuMessage trouble;  ///< why it cannot be used; "" where it can
+  GpuMessage trouble;  ///< why it cannot be used; "" if it can
 };
 
-/// By which kernels queries are answered. Both ways give the same answers, but for half precision.
+/// Which kernels answer queries. Both ways give the same answers, except in half precision.
 enum class GpuWay : uint32_t {
-  automatic,   ///< the faster one, by measuring
-  one_kernel,  ///< and nothing else
-  pipeline     ///< where there is a network to ask
+  automatic,   ///< the faster way, as measured
+  one_kernel,  ///< always the one kernel
+  pipeline     ///< the pipeline, if there is a network to evaluate
 };
 
-/// A device's, from its configuration.
+/// A device's GPU settings, from its configuration.
 struct GpuSettings {
   GpuWay way;
-  uint32_t half;  ///< `spherical` objects are asked in half precision, where it fits; not with one_kernel
+  uint32_t half;  ///< use half precision for networks of `spherical` objects that fit; not with one_kernel
 };
 
-/// What measure_query() measures: a query as the device answers it, by one way, the pipeline's stages, or
-/// `bvh` objects by triangles in single precision.
+/// What measure_query() measures: a query as the device answers it, one of the ways, the pipeline's stages,
+/// or `bvh` objects with triangles in single precision.
 enum class GpuMeasure : uint32_t { query, one_kernel, pipeline, stages, single_bvh };
-/// Walk; putting items in order; inputs and networks of `segment` and outer `spherical` items; those of inner
-/// ones; threads alone with their items, and whatever the one kernel is left with.
+/// Traversal; sorting items; inputs, then networks, of `segment` and outer `spherical` items; the same of
+/// inner ones; items that single threads process, and what is left to the one kernel.
 inline constexpr uint32_t kMeasuredStages = 7;
 
 struct GpuDevice;
@@ -69,7 +69,7 @@ struct GpuAsset;
 struct GpuScene;
 struct GpuJob;
 
-/// An object of a scene: of an asset that is on the device.
+/// An object of a scene; its asset is on the device.
 struct GpuPlacedObject {
   const GpuAsset* asset;
   uint32_t object;
@@ -77,8 +77,8 @@ struct GpuPlacedObject {
 
 struct GpuSceneView {
   const kernels::TopNode* nodes;
-  const kernels::PlacedInstance* instances;  ///< of those that no ray can meet, place is kNoPlace
-  const uint64_t* users;                     ///< [as instances] the caller's values, or null: all 0
+  const kernels::PlacedInstance* instances;  ///< place is kNoPlace if no ray can meet the instance
+  const uint64_t* users;                     ///< [as instances] the caller's values; null if all are 0
   const GpuPlacedObject* objects;
   uint64_t node_count, instance_count, object_count;
   uint32_t sole;  ///< the only instance that rays can meet, or kernels::kNoInstance
@@ -88,51 +88,50 @@ struct GpuModule {
   uint32_t version;  ///< kGpuModuleVersion
   uint64_t layout;   ///< kGpuLayout
 
-  /// How many cards there are. Where there are none, the message says what is missing.
+  /// Returns how many cards there are. If there are none, the message says what is missing.
   uint32_t (*count_cards)(GpuMessage* why_none);
-  /// card < count_cards().
+  /// Requires card < count_cards().
   NifError (*describe_card)(uint32_t card, GpuCard* about, GpuMessage* message);
 
   NifError (*open_device)(uint32_t card, const GpuSettings* settings, GpuDevice** device,
                           GpuMessage* message);
-  /// Everything of the device must have been freed. Here and below, freeing null does nothing.
+  /// Everything on the device must have been freed. Here and below, freeing null does nothing.
   void (*close_device)(GpuDevice* device);
 
-  /// Copies objects to the device, with what is told of hits with them (null: nothing but the hits); *bytes
-  /// receives what they take there.
+  /// Copies objects to the device, with their details of hits (null: they have none). *bytes receives the
+  /// memory that they take there.
   NifError (*upload_asset)(GpuDevice* device, const kernels::AnyField* objects,
                            const kernels::HitDetails* details, uint32_t count, GpuAsset** asset,
                            uint64_t* bytes, GpuMessage* message);
   void (*free_asset)(GpuDevice* device, GpuAsset* asset);
 
-  /// Copies a scene to the device, or copies it anew where *scene is not null, after its queries that are
-  /// under way. Where it fails, *scene stays what it was, and must be uploaded before it is asked again.
+  /// Copies a scene to the device. If *scene is not null, waits for its running queries and replaces it. If
+  /// the call fails, *scene is unchanged, and must be uploaded again before the next query.
   NifError (*upload_scene)(GpuDevice* device, const GpuSceneView* view, GpuScene** scene,
                            GpuMessage* message);
-  /// Waits for the scene's queries that are under way.
+  /// Waits for the scene's running queries.
   void (*free_scene)(GpuDevice* device, GpuScene* scene);
 
-  /// Answers a query as nifQuery does; it has been checked but for what only the driver can tell.
+  /// Answers a query as nifQuery does. The caller has checked everything that does not need the driver.
   NifError (*query)(GpuDevice* device, GpuScene* scene, const NifRays* rays, const NifAnswers* answers,
                     GpuMessage* message);
-  /// Answers a query of device memory as nifQueryOpen does, likewise.
+  /// Answers a query in device memory as nifQueryOpen does, likewise.
   NifError (*query_open)(GpuDevice* device, GpuScene* scene, const NifRays* rays, const NifAnswers* answers,
                          const NifOpenRays* open, GpuMessage* message);
   /// Finds the first hits of rays in device memory as nifIntersect does, likewise.
   NifError (*intersect)(GpuDevice* device, GpuScene* scene, const NifRays* rays, const NifHits* hits,
                         GpuMessage* message);
-  /// Answers a query of host memory from memory of the device, once and then `rounds` times, and tells how
-  /// long each of those took there: seconds[rounds], or [rounds][kMeasuredStages] of stages.
+  /// Copies a query in host memory to the device, answers it once and then `rounds` times, and measures how
+  /// long each round took on the device: seconds[rounds], or [rounds][kMeasuredStages] for stages.
   NifError (*measure_query)(GpuDevice* device, GpuScene* scene, const NifRays* rays,
                             const NifAnswers* answers, GpuMeasure measure, uint32_t rounds, double* seconds,
                             GpuMessage* message);
-  /// Answers a query of device memory, or finds its first hits where `hits` is not null; *job is done when
-  /// that is.
+  /// Starts a query in device memory, for first hits if `hits` is not null. *job is done when the query is.
   NifError (*start_query)(GpuDevice* device, GpuScene* scene, const NifRays* rays, const NifAnswers* answers,
                           const NifHits* hits, GpuJob** job, GpuMessage* message);
   NifError (*wait_job)(GpuDevice* device, GpuJob* job, GpuMessage* message);
   NifError (*is_job_done)(GpuDevice* device, GpuJob* job, uint32_t* done, GpuMessage* message);
-  /// Neither waits for it nor ends it.
+  /// Neither waits for the job nor stops it.
   void (*free_job)(GpuDevice* device, GpuJob* job);
 };
 

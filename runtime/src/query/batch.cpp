@@ -1,5 +1,5 @@
-// One batch from the caller's arrays and back: its rays are read, taken through the scene, offered to the
-// fallback if there is one, and their answers written.
+// Takes one batch through all steps of a query: reads its rays, answers them, offers uncertain ones to the
+// fallback, and writes the answers.
 #include "query/batch.hpp"
 
 #include <algorithm>
@@ -13,8 +13,8 @@
 namespace nif::runtime {
 namespace {
 
-/// Hands over the batch's rays that are neither certain nor confident enough, and takes the answers as
-/// proven.
+/// Passes the batch's rays that are neither certain nor confident enough to the fallback, and treats its
+/// answers as proven.
 void ask_fallback(const Request& request, uint64_t first, WorkArea& area) {
   uint32_t asked = 0;
   for (uint32_t i = 0; i < area.rays.count; ++i) {

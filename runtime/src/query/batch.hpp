@@ -1,4 +1,4 @@
-// One batch of a query.
+// The unit of work that threads of a query share: one batch of rays, from the caller's arrays and back.
 #pragma once
 
 #include "query/request.hpp"

@@ -1,4 +1,5 @@
-// Numbers 0 .. count - 1 that threads claim and return without a lock: who holds which of a fixed supply.
+// Lets threads share a fixed supply without a lock: each claims one of the numbers 0 .. count - 1, and
+// returns it.
 #pragma once
 
 #include <atomic>
@@ -14,10 +15,10 @@ class Claims {
 
   Claims(uint32_t count, std::pmr::memory_resource* memory) : taken_(count, memory) {}
 
-  /// A number that nobody holds, or kNone.
+  /// Returns a free number, or kNone.
   uint32_t try_claim() {
-    static thread_local uint32_t latest =
-        0;  // most likely free again, and its memory in this thread's caches
+    // The latest number is most likely free again, and its memory in this thread's caches.
+    static thread_local uint32_t latest = 0;
     const auto count = uint32_t(taken_.size());
     for (uint32_t k = 0; k < count; ++k) {
       const uint32_t i = (latest + k) % count;
@@ -29,7 +30,7 @@ class Claims {
     return kNone;
   }
 
-  /// Waits until there is one.
+  /// Waits until a number is free.
   uint32_t claim() {
     uint32_t i = try_claim();
     if (i != kNone) return i;
@@ -54,7 +55,7 @@ class Claims {
   uint32_t count() const { return uint32_t(taken_.size()); }
 
  private:
-  /// Each in a cache line of its own.
+  /// One cache line each, so that threads do not share lines.
   struct alignas(64) Flag {
     std::atomic<bool> taken = false;
   };

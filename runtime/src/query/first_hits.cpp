@@ -1,5 +1,5 @@
-// A sole instance: its kernel is asked at once. Several: in rounds, and each proven hit shortens the ray,
-// so that boxes behind it are skipped.
+// Finds the first hits of a batch. A sole instance's kernel gets the whole batch. With several instances the
+// batch goes in rounds; each proven hit shortens its ray, so that boxes behind it are skipped.
 #include "query/first_hits.hpp"
 
 #include <algorithm>
@@ -30,7 +30,7 @@ void set_scene_hit(WorkArea& area, uint32_t i, const SceneHit& hit) {
   area.hit_instance[i] = hit.instance;
 }
 
-/// Asks one object about some rays and adds its hits to theirs.
+/// Intersects some rays with one object, and merges its hits into theirs.
 void intersect_object(const NifSceneObject& scene, const Pair* pairs, uint32_t count, WorkArea& area) {
   const PlacedObject& object = scene.objects[pairs[0].object];
   bring_to_object(scene, pairs, count, area);
@@ -51,7 +51,7 @@ void intersect_object(const NifSceneObject& scene, const Pair* pairs, uint32_t c
   }
 }
 
-/// The ray as boxes see it: what begins beyond a proven hit cannot be the first.
+/// The ray for box tests: a box that begins beyond a proven hit cannot hold the first one.
 TraversalRay shortened_ray(const WorkArea& area, uint32_t i) {
   TraversalRay ray(area, i);
   ray.tmax = all_of(kernels::min_of(area.hits.high[i], area.rays.tmax[i]));

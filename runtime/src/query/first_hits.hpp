@@ -1,4 +1,4 @@
-// First hits of a batch, in a scene.
+// Finds first hits in a scene, one batch at a time.
 #pragma once
 
 #include "query/work_area.hpp"
@@ -6,8 +6,8 @@
 
 namespace nif::runtime {
 
-/// Finds the first hits of area.rays, with area.mask if `masked`: area.hits. Where there is one, its normal is
-/// in world space if `normals`, and else means nothing.
+/// Finds the first hits of area.rays (with area.mask if `masked`) and puts them in area.hits. Normals of hits
+/// are in world space if `normals` is set, and undefined otherwise.
 void intersect_batch(const NifSceneObject& scene, bool masked, bool normals, WorkArea& area);
 
 }  // namespace nif::runtime

@@ -1,4 +1,5 @@
-// Four floats at once with vector instructions if the compiler has them, with the same bits without.
+// Computes with four floats at once: by vector instructions if the compiler has them, else with the same
+// bits.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +22,7 @@ using Float4 = float __attribute__((vector_size(16)));
 inline Float4 min_of(Float4 a, Float4 b) { return a < b ? a : b; }
 inline Float4 max_of(Float4 a, Float4 b) { return a > b ? a : b; }
 
-/// Bit i: a[i] <= b[i].
+/// Bit i is set if a[i] <= b[i].
 inline uint32_t at_most(Float4 a, Float4 b) {
   const auto less = a <= b;
 #if defined(__SSE__)

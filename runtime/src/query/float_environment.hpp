@@ -1,6 +1,6 @@
 // Answers are defined in IEEE arithmetic: rounding to nearest, with denormals. A caller may have set the
-// processor to something else (renderers flush denormals to zero). Entry points that compute set and restore
-// it.
+// processor to something else (renderers flush denormals to zero), so entry points that compute set the mode
+// and restore it.
 #pragma once
 
 #if defined(__SSE__) || defined(_M_X64)
@@ -11,9 +11,9 @@
 
 namespace nif::runtime {
 
-/// For its lifetime this thread computes as IEEE 754 says by default, without traps. What is computed under
-/// it lies in functions that are not inlined (NIF_COMPUTES), so that the compiler, which knows nothing of the
-/// environment, cannot move it out.
+/// For its lifetime this thread computes in the default mode of IEEE 754, without traps. Mark functions that
+/// compute under it NIF_COMPUTES: they are not inlined, so the compiler, which does not know about the
+/// environment, cannot move their code out of it.
 class FloatEnvironment {
  public:
   FloatEnvironment(const FloatEnvironment&) = delete;

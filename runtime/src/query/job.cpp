@@ -1,4 +1,4 @@
-// Jobs: who helps, with how much.
+// Decides which threads help with a query, and how its rays are divided among them.
 #include "query/job.hpp"
 
 #include <algorithm>
@@ -13,11 +13,11 @@
 namespace nif::runtime {
 namespace {
 
-/// Waking a thread takes about as long as answering a batch: queries of fewer rays stay on their thread.
+/// Waking a thread takes about as long as answering a batch: smaller queries stay on the calling thread.
 constexpr uint64_t kWorthSharing = 2 * kBatchRays;
 
-/// Batches of several threads may be smaller, so that all end at about the same time, but not so small that
-/// the kernels' ends of batches count.
+/// With several threads, batches may be smaller, so that all threads finish at about the same time; but not
+/// so small that the kernels' overhead at the end of a batch matters.
 constexpr uint64_t kSmallestBlock = 256, kBlocksOfAThread = 8;
 
 uint32_t batch_size(uint64_t rays, uint32_t threads) {
@@ -25,7 +25,7 @@ uint32_t batch_size(uint64_t rays, uint32_t threads) {
   return uint32_t(std::clamp<uint64_t>(share, kSmallestBlock, kBatchRays));
 }
 
-/// What a runner of the caller's calls, once for each thread that may help.
+/// The task that the caller's task runner calls, once for each thread that may help.
 void run_task(void* argument, uint64_t) {
   auto* job = static_cast<NifJobObject*>(argument);
   job->device->pool.help_and_drop(*job);
@@ -42,7 +42,7 @@ void set_up(NifJobObject& job, NifSceneObject& scene, const Request& request) {
   job.cancelled = false;
 }
 
-/// Gives a job to at most `helpers` other threads.
+/// Offers a job to at most `helpers` other threads.
 void share(NifJobObject& job, uint64_t helpers) {
   NifDeviceObject& device = *job.device;
   if (helpers == 0) return;
@@ -54,7 +54,7 @@ void share(NifJobObject& job, uint64_t helpers) {
   device.own_callbacks.submit(device.own_callbacks.user, run_task, &job, helpers);
 }
 
-/// On the calling thread alone.
+/// Answers a request on the calling thread alone.
 void answer_alone(const NifSceneObject& scene, const Request& request) {
   const FloatEnvironment environment;
   const ClaimedArea area(scene.device->areas, request.rays.scratch);
@@ -107,7 +107,7 @@ uintptr_t start_job(NifSceneObject& scene, Request request) {
       request.hits ? request.rays.memory == NIF_MEMORY_DEVICE : answered_by_gpu(scene, request.rays);
   if (on_gpu && request.rays.memory == NIF_MEMORY_HOST) {
     device.gpu->query(scene, request.rays, request.answers);
-    request.rays.count = 0;  // there is nothing left to do
+    request.rays.count = 0;  // nothing is left to do
   }
   const uint32_t threads = device.configuration.threads;
   if (threads > 1) request.batch_rays = batch_size(request.rays.count, threads);

@@ -1,4 +1,4 @@
-// The usual layout of a query's rays, which is read faster than one component after the other.
+// Recognises the most common layout of rays, an array of NifRay, which can be read faster than by components.
 #pragma once
 
 #include <cstddef>
@@ -7,7 +7,7 @@
 
 namespace nif::runtime {
 
-/// Whether the rays are an array of NifRay, which then starts at origin[0]: as nifMakeRays() describes it.
+/// Are the rays an array of NifRay, as nifMakeRays() describes it? It then starts at origin[0].
 inline bool are_nif_rays(const NifRays& rays) {
   const char* start = reinterpret_cast<const char*>(rays.origin[0]);
   const auto is_at = [&](const float* member, size_t offset) {

@@ -1,4 +1,4 @@
-// The outputs of a query: one list, for all that is done alike with each of them.
+// Lists the outputs of a query in one place, for code that treats all of them alike.
 #pragma once
 
 #include <cstdint>
@@ -6,17 +6,17 @@
 namespace nif::runtime {
 
 struct OutputArray {
-  const char* name;      ///< as messages call it
-  uint32_t bits_of_ray;  ///< the array is dense, and its last byte filled up
+  const char* name;      ///< in messages
+  uint32_t bits_of_ray;  ///< bits per ray; the array is dense, and its last byte is padded
 
   constexpr uint64_t bytes(uint64_t rays) const {
     return bits_of_ray >= 8 ? rays * (bits_of_ray / 8) : (rays * bits_of_ray + 7) / 8;
   }
 };
 
-/// Calls visit(about, array...) for each output, with its array in each of the structures: NifAnswers, or whatever
-/// else has members of these names. An array is null where it is not asked for. Those of whole words come
-/// first: laid one behind the other, all are aligned.
+/// Calls visit(about, array...) for each output, with its array in each of the structures: NifAnswers, or any
+/// structure with members of the same names. An array is null if it is not asked for. Arrays of words come
+/// first: laid out one after the other, all are aligned.
 template <class Visit, class... Answers>
 constexpr void visit_outputs(const Visit& visit, Answers&&... answers) {
   visit(OutputArray{"probability", 32}, answers.probability...);
@@ -26,7 +26,7 @@ constexpr void visit_outputs(const Visit& visit, Answers&&... answers) {
   visit(OutputArray{"visible_bits", 1}, answers.visible_bits...);
 }
 
-/// The same of the outputs of first hits: NifHits, or whatever else has members of these names.
+/// The same for the outputs of first hits: NifHits, or any structure with members of the same names.
 template <class Visit, class... Hits>
 constexpr void visit_hit_outputs(const Visit& visit, Hits&&... hits) {
   visit(OutputArray{"hit", 8}, hits.hit...);
@@ -44,7 +44,7 @@ constexpr void visit_hit_outputs(const Visit& visit, Hits&&... hits) {
   visit(OutputArray{"user", 64}, hits.user...);
 }
 
-/// Of all outputs of a query together.
+/// Bytes of all outputs of a query together.
 constexpr uint64_t output_bytes(uint64_t rays) {
   struct {
     int probability, logit, visible, certain, visible_bits;

@@ -1,5 +1,5 @@
-// A kernel takes some 80 cycles a ray: reading must not show beside it, so it goes column by column and the
-// compiler turns it into vectors.
+// Reads rays column by column, so that the compiler vectorizes it: kernels take only about 80 cycles per ray,
+// and reading must be cheap compared to that.
 #include "query/read_rays.hpp"
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 namespace nif::runtime {
 namespace {
 
-/// A stride may be negative, as its two's complement: pointers must not overflow, integers may.
+/// Computes in integers: a stride may be negative (in two's complement), and pointers must not overflow.
 uintptr_t address(const void* array, uint64_t stride, uint64_t i) {
   return reinterpret_cast<uintptr_t>(array) + uintptr_t(i * stride);
 }
@@ -36,7 +36,7 @@ void read_column(const T* array, uint64_t stride, uint64_t first, uint32_t count
   }
 }
 
-/// Four structures' halves to four columns.
+/// Transposes halves of four NifRay structures into four columns.
 void transpose(const char* from, float* x, float* y, float* z, float* w) {
   float row[4][4];
   for (size_t i = 0; i < 4; ++i) std::memcpy(row[i], from + i * sizeof(NifRay), sizeof(row[i]));

@@ -1,4 +1,4 @@
-// Rays from the caller's arrays, in any layout, to the columns of a batch.
+// Copies rays from the caller's arrays, in any layout, to the columns of a batch.
 #pragma once
 
 #include "nif/nif.h"

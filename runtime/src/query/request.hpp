@@ -1,4 +1,4 @@
-// What a caller asks for, of whichever kind: checked, and cut into batches.
+// A query of any kind after its checks, divided into batches.
 #pragma once
 
 #include <optional>
@@ -14,8 +14,8 @@ struct Request {
   NifFallback fallback = nullptr;
   void* fallback_user = nullptr;
   float confidence = 0;
-  std::optional<NifOpenRays> open;            ///< where rays go that proofs leave open
-  std::optional<NifHits> hits;                ///< what is asked for in place of answers
+  std::optional<NifOpenRays> open;            ///< lists for the rays that proofs leave open
+  std::optional<NifHits> hits;                ///< wanted instead of answers
   uint32_t batch_rays = kernels::kBatchRays;  ///< a multiple of 8
 
   uint64_t batches() const { return rays.count / batch_rays + (rays.count % batch_rays != 0); }

@@ -1,5 +1,5 @@
-// Brings rays to object space, and sorts pairs of ray and instance by object: a radix sort, byte by
-// byte, with no memory taken. The rounds themselves are templates, in the header.
+// Transforms rays to object space, and sorts pairs of ray and instance by object: by a radix sort, byte by
+// byte, which allocates nothing. The rounds themselves are templates, in the header.
 #include "query/rounds.hpp"
 
 namespace nif::runtime {

@@ -1,5 +1,6 @@
-// A batch of rays through a scene, in rounds: each ray that is not yet decided goes on to the next instance
-// whose box it may meet, the rays are sorted by object, and each object's kernel is asked once.
+// Answers a batch of rays in a scene of several instances, in rounds. In each round, every undecided ray
+// advances to the next instance whose box it may meet; the rays are sorted by object, and each object's
+// kernel gets its rays at once.
 #pragma once
 
 #include "kernels/reference/batch.hpp"
@@ -9,18 +10,19 @@
 
 namespace nif::runtime {
 
-/// The whole batch in one instance's space.
+/// Transforms the whole batch to one instance's object space.
 void transform_batch(const Instance& instance, const kernels::SegmentBatch& __restrict from,
                      kernels::SegmentBatch& __restrict to);
 
-/// The rays of some pairs, of one object, in its space: area.object_rays.
+/// Transforms the rays of some pairs, all of one object, to its space: area.object_rays.
 void bring_to_object(const NifSceneObject& scene, const Pair* pairs, uint32_t count, WorkArea& area);
 
-/// Sorts pairs by object, as many bytes of its index as the scene needs, and returns them.
+/// Sorts pairs by object, by as many bytes of the object's index as the scene needs, and returns them.
 const Pair* sort_by_object(const NifSceneObject& scene, WorkArea& area, uint32_t count);
 
-/// Sets out each ray at the root, and returns how many may meet something: area.active. `begin(ray, certain)`
-/// is called for every ray; certain: it meets nothing, if no instance is asked.
+/// Starts each ray at the root. Puts the rays that may meet something in area.active, and returns their
+/// number. Calls begin(ray, certain) for every ray; certain: if it reaches no instance, it certainly meets
+/// nothing.
 template <class Begin>
 uint32_t start_rays(const NifSceneObject& scene, WorkArea& area, const Begin& begin) {
   const std::span<const Node> nodes = scene.hierarchy.nodes();
@@ -38,8 +40,8 @@ uint32_t start_rays(const NifSceneObject& scene, WorkArea& area, const Begin& be
   return active;
 }
 
-/// Calls exclude(ray, certain) for each ray that the mask of a sole instance does not let in: for it the scene
-/// is empty. certain: as in start_rays().
+/// Calls exclude(ray, certain) for each ray whose mask does not match the sole instance's: it sees an empty
+/// scene. certain: as in start_rays().
 template <class Exclude>
 void exclude_by_mask(const Instance& sole, const WorkArea& area, const Exclude& exclude) {
   for (uint32_t i = 0; i < area.rays.count; ++i) {
@@ -50,8 +52,8 @@ void exclude_by_mask(const Instance& sole, const WorkArea& area, const Exclude& 
   }
 }
 
-/// Takes each active ray to its next instance that its mask lets in; rays that have no other are no longer
-/// active. Returns how many are.
+/// Advances each active ray to its next instance with a matching mask; rays without one are no longer active.
+/// Returns how many are active.
 template <class RayOf>
 uint32_t advance(const NifSceneObject& scene, bool masked, WorkArea& area, uint32_t active,
                  const RayOf& ray_of) {
@@ -70,8 +72,8 @@ uint32_t advance(const NifSceneObject& scene, bool masked, WorkArea& area, uint3
   return pairs;
 }
 
-/// All rounds. `ray_of(ray)` is the ray as boxes see it; `ask(pairs, count)` asks one object. A ray is left
-/// out once its cursor has no trail.
+/// Runs all rounds. `ray_of(ray)` returns the ray for box tests; `ask(pairs, count)` queries one object. A
+/// ray drops out once its cursor has no trail.
 template <class RayOf, class Ask>
 void go_in_rounds(const NifSceneObject& scene, bool masked, WorkArea& area, uint32_t active,
                   const RayOf& ray_of, const Ask& ask) {

@@ -1,4 +1,5 @@
-// Who works on what is kept under one lock, which is taken a few times a job, not a batch.
+// Runs the device's threads. One lock guards which thread works on which job; it is taken a few times per
+// job, not per batch.
 #include "query/thread_pool.hpp"
 
 #include <system_error>
@@ -10,7 +11,7 @@
 namespace nif::runtime {
 namespace {
 
-/// Set on a thread of a pool that it has itself destroyed: it must not touch the pool any more.
+/// Set on a thread that has destroyed its own pool: it must not touch the pool any more.
 thread_local bool pool_is_gone = false;
 
 }  // namespace
@@ -76,14 +77,14 @@ void ThreadPool::offer(NifJobObject& job) {
   offered_.notify_all();
 }
 
-/// Nobody leaves a job that has batches to be taken, so it need not be in the queue any more.
+/// Threads leave a job only when no batch is left to take, so it can leave the queue too.
 void ThreadPool::leave(NifJobObject& job, const Lock&) {
   if (job.queued) {
     NifJobObject** at = &first_;
     while (*at != &job) at = &(*at)->following;
     *at = job.following;
     job.queued = false;
-    job.drop();  // never the last: who leaves has one, too
+    job.drop();  // never the last reference: the leaving thread has one too
   }
   if (--job.inside == 0) left_.notify_all();
 }
@@ -107,7 +108,8 @@ void ThreadPool::help_and_drop(NifJobObject& job) {
   leave_and_drop(job);
 }
 
-/// All under one lock: who has waited for this thread to leave may then count on its being done with the job.
+/// Does both under one lock: a thread that waited for this one to leave may rely on its being done with the
+/// job.
 void ThreadPool::leave_and_drop(NifJobObject& job) {
   NifSceneObject* scene = nullptr;
   bool last;
@@ -137,7 +139,7 @@ void ThreadPool::finish(NifJobObject& job, void* scratch) {
 }
 
 void ThreadPool::cancel(NifJobObject& job) {
-  const Lock lock(mutex_);  // who waits for the job looks at it under the lock, too
+  const Lock lock(mutex_);  // threads that wait for the job check it under this lock too
   const uint64_t taken = job.next.exchange(job.batches);
   if (taken >= job.batches) return;
   job.cancelled = true;

@@ -1,4 +1,4 @@
-// The device's own threads, and which of them work on which job.
+// The device's thread pool: its own threads, and which of them work on which job.
 #pragma once
 
 #include <condition_variable>
@@ -13,33 +13,33 @@ namespace nif::runtime {
 
 class ThreadPool {
  public:
-  /// Starts the threads. They sleep while there is nothing to do.
+  /// Starts the threads, which sleep until there is work.
   ThreadPool(uint32_t threads, std::pmr::memory_resource* memory);
   ThreadPool(const ThreadPool&) = delete;
   ThreadPool& operator=(const ThreadPool&) = delete;
-  /// No job may be left. May be called on one of the pool's own threads, where that gave back the last
-  /// reference to the device.
+  /// No job may be left. May run on one of the pool's own threads, if that released the last reference to the
+  /// device.
   ~ThreadPool();
 
   bool empty() const { return threads_.empty(); }
 
-  /// Lets the threads work on a job, which needs no waiting for.
+  /// Lets the threads work on a job. Nobody needs to wait for it.
   void offer(NifJobObject& job);
 
-  /// Works on a job until no batch is left to be taken. `scratch`: null, or a work area.
+  /// Works on a job until no batch is left to take. `scratch`: null, or a work area.
   void help(NifJobObject& job, void* scratch);
 
-  /// Helps, then waits until the job is done and nobody else works on it any more.
+  /// Helps, then waits until the job is done and no other thread works on it.
   void finish(NifJobObject& job, void* scratch);
 
-  /// help(), after which the caller's reference to the job is given back.
+  /// Like help(), then releases the caller's reference to the job.
   void help_and_drop(NifJobObject& job);
 
-  /// Leaves out the batches that nobody has taken. Not for jobs on a GPU.
+  /// Skips the batches that no thread has taken. Not for jobs on a GPU.
   void cancel(NifJobObject& job);
 
-  /// The caller's handle is gone: its reference is given back; of a job that is done, after everyone has left
-  /// it, so that nothing happens behind the caller's back.
+  /// Releases the reference of the caller's last handle. If the job is done, first waits until all threads
+  /// have left it, so that nothing happens behind the caller's back.
   void drop_handle(NifJobObject& job);
 
  private:
@@ -52,7 +52,7 @@ class ThreadPool {
 
   std::mutex mutex_;
   std::condition_variable offered_, left_;
-  NifJobObject* first_ = nullptr;  ///< the queue: jobs that may have batches to be taken
+  NifJobObject* first_ = nullptr;  ///< the queue: jobs that may have batches left to take
   bool stopping_ = false;
   std::pmr::vector<std::thread> threads_;
 };

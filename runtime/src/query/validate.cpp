@@ -1,4 +1,4 @@
-// Checks what a query asks for, before any ray is read.
+// Checks a query before any ray is read.
 #include "query/validate.hpp"
 
 #include <limits>
@@ -18,7 +18,7 @@ bool answered_by_gpu(const NifSceneObject& scene, const NifRays& rays) {
 
 namespace {
 
-/// All but the outputs.
+/// Checks everything except the outputs.
 void check_rays(const NifSceneObject& scene, const NifRays& rays) {
   if (!scene.committed)
     throw Failure(NIF_ERROR_INVALID_OPERATION,

@@ -1,5 +1,5 @@
-// A sole instance's kernel gets the whole batch. Otherwise the batch is answered in rounds; a ray
-// that is occluded drops out.
+// Answers the visibility of a batch. A sole instance's kernel gets the whole batch. Otherwise the batch is
+// answered in rounds, and occluded rays drop out.
 #include "query/visibility.hpp"
 
 #include <algorithm>
@@ -16,7 +16,7 @@ using kernels::Segment;
 using kernels::segment_of;
 using kernels::SegmentBatch;
 
-/// Asks an object's kernel about `rays`, with or without its network.
+/// Runs an object's kernel on `rays`, with or without its network.
 void ask_kernel(const PlacedObject& object, const Wanted& wanted, const SegmentBatch& rays,
                 kernels::AnswerBatch& answers, kernels::OpenBatch& open, WorkArea& area) {
   if (wanted.open)
@@ -25,7 +25,7 @@ void ask_kernel(const PlacedObject& object, const Wanted& wanted, const SegmentB
     object.kernel->answer(rays, answers, area.kernel_scratch);
 }
 
-/// Takes back what an instance's transform leaves no proof of: then all of the ray is open.
+/// Withdraws a proof that the instance's transform does not allow: then the whole ray is open.
 void keep_certain(const Instance& instance, const PlacedObject& object, const Wanted& wanted,
                   const Segment& world, const Segment& local, uint32_t i, kernels::AnswerBatch& answers,
                   kernels::OpenBatch& open) {
@@ -61,7 +61,7 @@ void answer_sole_instance(const NifSceneObject& scene, bool masked, const Wanted
       area.probability[i] = kernels::visible_probability(area.answers.logit[i], object.calibration);
 }
 
-/// Asks one object about some rays and adds its answers to theirs.
+/// Queries one object with some rays, and merges its answers into theirs.
 void ask_object(const NifSceneObject& scene, const Wanted& wanted, const Pair* pairs, uint32_t count,
                 WorkArea& area) {
   const PlacedObject& object = scene.objects[pairs[0].object];
@@ -86,7 +86,7 @@ void ask_object(const NifSceneObject& scene, const Wanted& wanted, const Pair* p
     } else if (decided) {
       area.answers.logit[i] = logit;
     }
-    if (decided) area.cursors[i].trail = 0;  // never asked again
+    if (decided) area.cursors[i].trail = 0;  // the ray drops out
   }
 }
 

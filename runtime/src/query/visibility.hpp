@@ -1,4 +1,4 @@
-// What is visible of a batch of rays, in a scene.
+// Finds which rays of a batch are visible in a scene.
 #pragma once
 
 #include "nif/nif.h"
@@ -7,14 +7,14 @@
 
 namespace nif::runtime {
 
-/// Which answers a query asks for.
+/// The answers that a query asks for.
 struct Wanted {
   explicit Wanted(const NifAnswers& answers)
       : probability(answers.probability != nullptr),
         details(answers.probability || answers.certain || answers.logit) {}
 
   static Wanted everything() { return Wanted(); }
-  /// Proofs alone, and what they leave open.
+  /// Only proofs, and the parts of rays that they leave open.
   static Wanted proofs() {
     Wanted wanted;
     wanted.open = true;
@@ -22,15 +22,15 @@ struct Wanted {
   }
 
   bool probability = true;
-  bool details = true;  ///< more than the visible bit: then a learned "occluded" does not end the search
-  bool open = false;    ///< no network is asked; area.open has the parts of rays that are not certain
+  bool details = true;  ///< more than the visible bit: a learned "occluded" does not end the search
+  bool open = false;    ///< evaluates no network; area.open gets the intervals that are not certain
 
  private:
   Wanted() = default;
 };
 
-/// From area.rays, and area.mask if `masked`, to area.answers, and area.probability where wanted. The answer to
-/// a ray does not depend on the other rays of the batch, nor on what else is wanted.
+/// Answers area.rays (with area.mask if `masked`) in area.answers, and in area.probability if wanted. The
+/// answer for a ray depends neither on the other rays of the batch nor on what else is wanted.
 void answer_batch(const NifSceneObject& scene, bool masked, const Wanted& wanted, WorkArea& area);
 
 }  // namespace nif::runtime

@@ -1,4 +1,4 @@
-// The work areas that a device keeps ready, so that queries allocate nothing.
+// Keeps a device's work areas ready, so that queries allocate nothing.
 #pragma once
 
 #include "query/claims.hpp"
@@ -20,11 +20,11 @@ class WorkAreas {
   friend class ClaimedArea;
   std::pmr::memory_resource* memory_;
   Claims claims_;
-  WorkArea* areas_;  ///< not initialised: only what queries touch becomes resident
+  WorkArea* areas_;  ///< not initialised, so only memory that queries touch becomes resident
 };
 
-/// A work area for a while: the caller's scratch, or one of the device's, waiting for it where all are in
-/// use.
+/// Holds a work area for its lifetime: the caller's scratch, or one of the device's, for which it waits if
+/// all are in use.
 class ClaimedArea {
  public:
   ClaimedArea(WorkAreas& areas, void* scratch)

@@ -1,4 +1,4 @@
-// Column by column, so that the compiler turns it into vectors. Colours are looked up only if they are wanted.
+// Writes answers column by column, so that the compiler vectorizes it. Colours are looked up only if wanted.
 #include "query/write_answers.hpp"
 
 #include <algorithm>
@@ -19,8 +19,8 @@ using kernels::kNoInstance;
 using kernels::Segment;
 using kernels::segment_of;
 
-/// Eight bytes of 0 or 1 to eight bits, by one multiplication: byte k's bit lands at bit 56 + k, and no two
-/// meet below.
+/// Packs eight bytes of 0 or 1 into eight bits by one multiplication: byte k's bit lands at bit 56 + k, and
+/// no two bits add up below that.
 uint8_t pack(const uint8_t* bytes) {
   uint64_t word = 0;
   for (int k = 0; k < 8; ++k) word |= uint64_t(bytes[k]) << (8 * k);
@@ -32,7 +32,7 @@ void copy_out(T* array, uint64_t first, const T* from, uint32_t count) {
   if (array) std::memcpy(reinterpret_cast<char*>(array) + first * sizeof(T), from, count * sizeof(T));
 }
 
-/// Of the surface that ray i meets.
+/// The colour of the surface that ray i hits; 0 if it hits none.
 void find_color(const NifSceneObject& scene, const WorkArea& area, uint32_t i, float (&color)[3]) {
   color[0] = color[1] = color[2] = 0;
   if (area.hit_instance[i] == kNoInstance) return;
@@ -42,7 +42,7 @@ void find_color(const NifSceneObject& scene, const WorkArea& area, uint32_t i, f
            instance.identity ? ray : kernels::to_object(instance.to_object, ray), area.hits.t[i], color);
 }
 
-/// value(0), value(1), ...
+/// Writes value(0), value(1), ...
 template <class T, class Value>
 void write_each(T* array, uint64_t first, uint32_t count, const Value& value) {
   if (!array) return;
@@ -60,7 +60,7 @@ void list_open_rays(const NifOpenRays& lists, uint64_t first, WorkArea& area) {
   for (uint32_t i = 0; i < area.rays.count; ++i) {
     if (area.answers.certain[i]) continue;
     kernels::BoxRay prepared;
-    // An only instance is asked of rays that are none in the world, too, and may leave them open.
+    // A sole instance is queried even for rays that are invalid in world space, and may leave them open.
     if (area.answers.logit[i] >= 0 && !kernels::prepare_box_ray(kernels::segment_of(area.rays, i), prepared))
       continue;
     area.answers.logit[i] = kernels::kOpenLogit;

@@ -1,4 +1,4 @@
-// Answers of a batch to the caller's arrays.
+// Writes the answers of a batch to the caller's arrays.
 #pragma once
 
 #include "nif/nif.h"
@@ -7,8 +7,8 @@
 
 namespace nif::runtime {
 
-/// Adds the rays of the batch that are not certain to the caller's lists, and lets their answers say that
-/// they are open. `first`: the batch's first ray in the query. Threads may do so at the same time.
+/// Adds the uncertain rays of the batch to the caller's lists, and sets their answers to "open". `first`: the
+/// batch's first ray in the query. Threads may call it at the same time.
 void list_open_rays(const NifOpenRays& lists, uint64_t first, WorkArea& area);
 
 /// Writes the area's answers to each output that is asked for. first is a multiple of 8.

@@ -1,4 +1,4 @@
-// Loading assets and telling what is in them.
+// Loads assets, and describes what is in them.
 #include "scene/asset.hpp"
 
 #include <algorithm>
@@ -14,7 +14,7 @@ void NifAssetObject::drop_bytes() {
   size_t size = view.metadata.size();
   for (const auto& object : view.objects) size += object.name.size() + 1;
   for (const auto& instance : view.instances) size += instance.name.size() + 1;
-  texts.reserve(size);  // which is enough, so that what is handed out below stays where it is
+  texts.reserve(size);  // enough for all texts, so that views into it stay valid
   const auto keep = [&](std::string_view& text, bool with_end) {
     const size_t start = texts.size();
     texts.insert(texts.end(), text.begin(), text.end());
@@ -58,7 +58,7 @@ NifAssetObject* load_memory(NifDeviceObject* device, const void* bytes, uint64_t
   auto* memory = device->memory();
   if (mode == NIF_LOAD_IN_PLACE)
     return create<NifAssetObject>(memory, device, format::FileMemory::borrow(given), "memory");
-  // Before the copy, so that a wrong size takes no memory.
+  // Checked before the copy, so that a wrong size allocates nothing.
   format::check_header(given.first(std::min<size_t>(given.size(), sizeof(format::Header))), size, "memory");
   return create<NifAssetObject>(memory, device, format::FileMemory::copy(given, memory), "memory");
 }
@@ -72,7 +72,7 @@ NifAssetObject* load_reader(NifDeviceObject* device, const NifReader& reader) {
           NIF_ERROR_FILE_UNREADABLE,
           std::string(name) + ": the caller's read function failed at byte " + std::to_string(offset));
   };
-  // The header first, so that a wrong size takes no memory.
+  // Reads the header first, so that a wrong size allocates nothing.
   std::array<std::byte, sizeof(format::Header)> header;
   const size_t start = std::min<size_t>(memory_size(reader.size), header.size());
   read(0, header.data(), start);
@@ -101,7 +101,7 @@ const format::ObjectView& object_of(const NifAssetObject& asset, uint32_t object
 
 namespace {
 
-/// All that an asset takes, of a file and of memory. Nothing is left out, nothing is counted twice.
+/// Adds up the bytes of an asset's parts, in the file and in memory. Every byte is counted exactly once.
 class Parts {
  public:
   explicit Parts(const NifAssetObject& asset) {

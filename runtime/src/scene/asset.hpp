@@ -1,5 +1,5 @@
 // A loaded asset: its bytes, the checked views into them, and the kernels made from them. If no kernel reads
-// the bytes any more, they are freed, and the views keep names, boxes and numbers.
+// the bytes any more, they are freed; the views then keep only names, boxes and numbers.
 #pragma once
 
 #include <array>
@@ -27,7 +27,7 @@ struct NifAssetObject : nif::runtime::Object {
     for (const nif::format::ObjectView& object : view.objects)
       kernels.push_back(
           nif::runtime::make_kernel(object, owner->configuration.kernels, owner->memory(), copies));
-    // What is told of hits is looked up in the file; and a GPU reads it when a scene with this asset is
+    // Details of hits are looked up in the file's bytes, and a GPU reads them when a scene with this asset is
     // committed.
     bool read = device->gpu.has_value() || !view.source_triangles.empty() || !view.colors.empty();
     for (const nif::runtime::KernelPointer& kernel : kernels) read = read || kernel->reads_field();
@@ -39,17 +39,17 @@ struct NifAssetObject : nif::runtime::Object {
   }
 
   nif::runtime::Ref<NifDeviceObject> device;
-  uintptr_t handle = 0;   ///< the caller's
-  std::pmr::string name;  ///< what messages call it: its file, or "memory"
+  uintptr_t handle = 0;   ///< the caller's handle
+  std::pmr::string name;  ///< in messages: its file, or "memory"
   nif::format::FileMemory memory;
   nif::format::AssetView view;
-  std::pmr::vector<char> texts;       ///< names and metadata of the view, where `memory` is let go
-  nif::runtime::SharedCopies copies;  ///< that kernels read
-  std::pmr::vector<nif::runtime::KernelPointer> kernels;  ///< [object] answers it
+  std::pmr::vector<char> texts;       ///< names and metadata of the view, once `memory` is freed
+  nif::runtime::SharedCopies copies;  ///< data that kernels share
+  std::pmr::vector<nif::runtime::KernelPointer> kernels;  ///< [object] answers its queries
   uint64_t file_bytes;
-  /// As bytes_by_part() of the file, whether that is let go or not.
+  /// The file's bytes_by_part(), kept even if the file's bytes are freed.
   std::array<uint64_t, nif::format::FileParts::kMost> file_parts;
-  nif::runtime::GpuAsset* on_gpu = nullptr;  ///< once a scene with it was committed
+  nif::runtime::GpuAsset* on_gpu = nullptr;  ///< set once a scene with the asset was committed
   std::atomic<uint64_t> gpu_bytes = 0;
 
  private:
@@ -63,10 +63,10 @@ NifAssetObject* load_memory(NifDeviceObject* device, const void* bytes, uint64_t
 NifAssetObject* load_reader(NifDeviceObject* device, const NifReader& reader);
 void release(NifAssetObject* asset);
 
-/// Checked access; throws Failure where the asset has no such object.
+/// Returns an object; throws Failure if the asset has no such object.
 const format::ObjectView& object_of(const NifAssetObject& asset, uint32_t object);
 NifAssetInfo describe(const NifAssetObject& asset);
-/// Checked access; throws Failure where there is no such part.
+/// Describes a part; throws Failure if there is no such part.
 NifPartInfo describe_part(const NifAssetObject& asset, uint32_t part);
 NifObjectInfo describe_object(const NifAssetObject& asset, uint32_t object);
 NifAssetInstanceInfo describe_instance(const NifAssetObject& asset, uint32_t instance);

@@ -1,4 +1,4 @@
-// Building the hierarchy top-down by the surface area heuristic over bins (Wald 2007), and refitting it.
+// Builds the hierarchy top-down by the surface area heuristic over bins (Wald 2007), and refits it.
 #include "scene/hierarchy.hpp"
 
 #include <algorithm>
@@ -13,10 +13,10 @@ namespace {
 using kernels::WorldBox;
 
 constexpr uint32_t kBins = 16;
-/// Refitted boxes may cost this many times what they did when they were built.
+/// The hierarchy is rebuilt once refitted boxes cost this many times as much as when they were built.
 constexpr double kWorthRebuilding = 2;
 
-/// Half the surface; 0 for the empty box.
+/// Half the surface area; 0 for the empty box.
 double area(const WorldBox& box) {
   if (!(box.min[0] <= box.max[0])) return 0;
   const double x = double(box.max[0]) - double(box.min[0]), y = double(box.max[1]) - double(box.min[1]),
@@ -24,7 +24,7 @@ double area(const WorldBox& box) {
   return x * y + y * z + z * x;
 }
 
-/// 4^levels, as far as it matters.
+/// 4^levels, saturated.
 uint64_t capacity(uint32_t levels) { return uint64_t{1} << std::min(2 * levels, 62u); }
 
 class Builder {
@@ -52,13 +52,13 @@ class Builder {
     uint32_t size() const { return end - begin; }
   };
 
-  /// Twice the centre; finite where the box is not.
+  /// Twice the centre; finite even if the box is not.
   double centre(uint32_t i, int axis) const {
     constexpr float kMost = std::numeric_limits<float>::max();
     return double(std::max(boxes_[i].min[axis], -kMost)) + double(std::min(boxes_[i].max[axis], kMost));
   }
 
-  /// Appends the node of some instances and all below it. Recursion is at most kMaxLevels deep.
+  /// Appends the node for some instances, and all nodes below it. Recursion is at most kMaxLevels deep.
   void build_node(Range range, uint32_t parent, uint32_t level, WorldBox& box) {
     const auto self = uint32_t(nodes_.size());
     nodes_.emplace_back();
@@ -68,7 +68,7 @@ class Builder {
       count = range.size();
       for (uint32_t i = 0; i < count; ++i) parts[i] = {range.begin + i, range.begin + i + 1};
     }
-    // Deep down the path, sizes have to be halved strictly, so that kMaxLevels suffice.
+    // Deep in the tree, sizes must be halved strictly to stay within kMaxLevels.
     const bool by_cost = level + 1 < kMaxLevels && range.size() <= capacity(kMaxLevels - 1 - level);
     while (count < kWidth) {
       Range* widest = std::max_element(parts, parts + count,
@@ -108,7 +108,8 @@ class Builder {
     }
   }
 
-  /// A ray asks children in their order, and one that it is blocked by ends it: large ones block the most.
+  /// Rays visit children in order, and stop at the first that blocks them: large children block the most
+  /// rays.
   void put_largest_first(Range (&parts)[kWidth], uint32_t count) const {
     std::pair<double, Range> sized[kWidth];
     for (uint32_t lane = 0; lane < count; ++lane) {
@@ -120,8 +121,8 @@ class Builder {
     for (uint32_t lane = 0; lane < count; ++lane) parts[lane] = sized[lane].second;
   }
 
-  /// Moves the `left` instances with the lowest centres to the front. Ties go by number, so that which ones
-  /// those are does not depend on the standard library.
+  /// Moves the `left` instances with the lowest centres to the front. Ties are broken by number, so that the
+  /// result does not depend on the standard library.
   uint32_t partition(Range range, uint32_t left, int axis) {
     const auto at = order_.begin();
     std::nth_element(at + range.begin, at + range.begin + left, at + range.end, [&](uint32_t a, uint32_t b) {
@@ -131,7 +132,7 @@ class Builder {
     return range.begin + left;
   }
 
-  /// Sizes are kept multiples of 4, so that nodes are full at the bottom.
+  /// Keeps sizes multiples of 4, so that the lowest nodes are full.
   static uint32_t rounded(uint32_t left, uint32_t size) {
     const uint32_t most = (size - 1) / kWidth * kWidth;
     return std::clamp((left + kWidth / 2) / kWidth * kWidth, kWidth, most);
@@ -225,8 +226,8 @@ void Hierarchy::set_box(uint32_t place, const WorldBox& box) {
     node.min[a][place % kWidth] = box.min[a];
     node.max[a][place % kWidth] = box.max[a];
   }
-  const uint32_t lane =
-      1u << place % kWidth;  // rays would meet an empty box: they do not see which way it is
+  // The box test does not notice that min > max: an empty box must be masked out, or rays would meet it.
+  const uint32_t lane = 1u << place % kWidth;
   node.lanes = is_empty(box) ? node.lanes & ~lane : node.lanes | lane;
 }
 
@@ -246,7 +247,7 @@ WorldBox Hierarchy::bounds() const {
   return around;
 }
 
-/// Boxes that a random line through the scene meets, on average (up to what the test of a node costs).
+/// How many boxes a random line through the scene meets on average (the cost of a node's test is left out).
 double Hierarchy::cost() const {
   double sum = 0;
   for (size_t i = 1; i < nodes_.size(); ++i) sum += area(box(nodes_[i].parent));

@@ -1,4 +1,4 @@
-// Transforms of instances: inverses, products and boxes in double, rounded to float once.
+// Computes transforms of instances: inverses, products and boxes, in double precision, rounded to float once.
 #include "scene/instance.hpp"
 
 #include <cmath>

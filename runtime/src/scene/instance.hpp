@@ -1,4 +1,4 @@
-// Placed objects: their transforms and their boxes.
+// Places objects in a scene: an instance's transform, its box, and its settings.
 #pragma once
 
 #include <array>
@@ -14,20 +14,20 @@ namespace nif::runtime {
 using Transform = std::array<float, 12>;  ///< row-major 3x4
 inline constexpr Transform kIdentity{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 
-/// What a scene knows of an object, once for all its instances.
+/// What a scene stores about an object, once for all its instances.
 struct PlacedObject {
   const format::ObjectView* view;
-  const kernels::ObjectKernel* kernel;  ///< answers it
+  const kernels::ObjectKernel* kernel;  ///< answers its queries
   kernels::Calibration calibration;
   float reach_scale;  ///< kernels::reach_scale()
-  uint32_t number;    ///< in its asset
+  uint32_t number;    ///< the object's number in its asset
   kernels::HitDetails details;
 };
 
 using Instance = kernels::PlacedInstance;
 inline constexpr uint32_t kMaxPlacedObjects = 1u << 30;
 
-/// What is added to a transform's translation, because floats are too coarse for that.
+/// The part of a translation that its floats cannot hold.
 using Remainder = std::array<float, 3>;
 
 /// A transform with a translation of up to 48 bits.
@@ -36,33 +36,34 @@ struct Placement {
   Remainder remainder{};
 };
 
-/// All but object, place and mask. Throws Failure where the transform is not finite or has no inverse.
+/// Sets all members except object, place and mask. Throws Failure if the transform is not finite or has no
+/// inverse.
 Instance make_instance(const Placement& placement);
 
-/// A place in the world, or of the world, in double precision.
+/// The origin of an instance or of the scene, in double precision.
 using Origin = std::array<double, 3>;
 
-/// What the caller has set about an instance.
+/// An instance's settings, as the caller made them.
 struct InstanceSettings {
   Transform transform = kIdentity;
-  Remainder remainder{};  ///< of the translation, for instances of a file
+  Remainder remainder{};  ///< of the translation, for instances from a file
   uint32_t mask = 0xffffffffu;
   Origin origin{};
   uint64_t user = 0;
   uint32_t flags = 0;
-  bool exists = true;  ///< false: removed, and its number free
+  bool exists = true;  ///< false: removed, so its number is free
 
-  /// Some ray can meet it.
+  /// Can any ray meet it?
   bool awake() const { return exists && !(flags & NIF_INSTANCE_DISABLED) && mask != 0; }
 };
 
-/// Where an instance is, seen from an origin: in double precision, if either has an origin.
+/// The instance's placement relative to an origin: computed in double precision if either origin is set.
 Placement placement_of(const InstanceSettings& settings, const Origin& from);
 
-/// first, then second; computed in double. It has a remainder only if `first` has one.
+/// `first`, then `second`; computed in double precision. The result has a remainder only if `first` has one.
 Placement combine(const Transform& second, const Placement& first);
 
-/// The box of the box rule (kernels/reference/instance.hpp).
+/// The world box that the box rule demands (kernels/reference/instance.hpp).
 kernels::WorldBox world_box(const format::ObjectView& object, const Placement& placement);
 
 inline void grow(kernels::WorldBox& box, const kernels::WorldBox& other) {
@@ -72,7 +73,7 @@ inline void grow(kernels::WorldBox& box, const kernels::WorldBox& other) {
   }
 }
 
-/// Around nothing; min > max.
+/// A box around nothing: min > max.
 kernels::WorldBox empty_box();
 /// Is it empty_box()?
 inline bool is_empty(const kernels::WorldBox& box) { return box.min[0] > box.max[0]; }

@@ -1,4 +1,4 @@
-// Choosing kernels.
+// Chooses the kernel for an object, and finds which instruction sets this machine has.
 #include "scene/kernel.hpp"
 
 #include <stdexcept>
@@ -50,7 +50,7 @@ KernelPointer make_kernel(const format::ObjectView& object, const KernelChoice& 
   (void)choice;
   (void)copies;
 #endif
-#ifdef NIF_WITHOUT_REFERENCE  // where every byte is downloaded
+#ifdef NIF_WITHOUT_REFERENCE  // for WebAssembly, where every byte is downloaded
   throw std::logic_error("there is no kernel for this object");
 #else
   return std::visit(

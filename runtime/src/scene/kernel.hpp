@@ -16,17 +16,17 @@ using kernels::cpu::SharedCopies;
 /// Instruction sets that a device may use; `scalar` is the reference.
 enum class Isa { scalar, sse4, avx2, avx512, neon, wasm };
 const char* name_of(Isa isa);  ///< as in isa=NAME
-/// Whether this build has kernels for it and this machine can run them.
+/// Does this build have kernels for it, and can this machine run them?
 bool available(Isa isa);
 Isa best_isa();
 
-/// What a device's kernels are to be like.
+/// The kind of kernels that a device uses.
 struct KernelChoice {
   Isa isa = best_isa();
-  bool least_memory = false;  ///< their tables take as little as can be, and a little more time
+  bool least_memory = false;  ///< the smallest tables, at the cost of a little time
 };
 
-/// The view's memory and the copies, which are those of its asset, must outlive the kernel.
+/// The view's memory and the asset's shared copies must outlive the kernel.
 kernels::KernelPointer make_kernel(const format::ObjectView& object, const KernelChoice& choice,
                                    std::pmr::memory_resource* memory, SharedCopies& copies);
 

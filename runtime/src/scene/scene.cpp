@@ -1,5 +1,5 @@
-// Building scenes and committing them. An instance that no ray can meet (removed, disabled, or of mask 0) has
-// an empty box: so it stays in the hierarchy without costing more than its place, until that is built anew.
+// Builds scenes and commits them. An instance that no ray can meet (removed, disabled, or with mask 0) gets
+// an empty box: it stays in the hierarchy, where it costs only its slot, until the next rebuild.
 #include "scene/scene.hpp"
 
 #include <algorithm>
@@ -18,14 +18,14 @@ Transform read_transform(const float* transform) {
   return result;
 }
 
-/// Room for more, in steps that keep adding cheap.
+/// Reserves room for more elements, in steps that keep adding cheap.
 template <class T>
 void make_room(std::pmr::vector<T>& values, size_t more) {
   const size_t needed = values.size() + more;
   if (needed > values.capacity()) values.reserve(std::max(needed, values.capacity() * 2));
 }
 
-/// From now until the next commit, boxes are kept aside, because the hierarchy has to be built anew.
+/// Keeps boxes outside the hierarchy until the next commit, because the hierarchy must be rebuilt.
 void keep_boxes_aside(NifSceneObject& scene, size_t more) {
   if (!scene.new_boxes.empty()) return make_room(scene.new_boxes, more);
   scene.new_boxes.reserve(scene.instances.size() + more);
@@ -33,8 +33,8 @@ void keep_boxes_aside(NifSceneObject& scene, size_t more) {
     scene.new_boxes.push_back(instance.place == kNoPlace ? empty_box() : scene.hierarchy.box(instance.place));
 }
 
-/// What is needed to add `count` instances of the asset: room, so that nothing later can fail, and a
-/// reference to it. Returns the index of its first object.
+/// Prepares to add `count` instances of the asset: reserves room, so that nothing later can fail, and takes a
+/// reference to the asset. Returns the index of its first object.
 uint32_t prepare(NifSceneObject& scene, NifAssetObject* asset, size_t count) {
   if (asset->device.get() != scene.device.get())
     refuse_argument(std::string(asset->name) + ": belongs to another device than the scene");
@@ -70,7 +70,7 @@ struct Placed {
   kernels::WorldBox box;
 };
 
-/// All but object and place. Throws Failure where there is no such instance.
+/// Sets all members except object and place. Throws Failure if there can be no such instance.
 Placed place(const NifSceneObject& scene, const format::ObjectView& object,
              const InstanceSettings& settings) {
   const Placement placement = placement_of(settings, scene.origin);
@@ -82,7 +82,7 @@ Placed place(const NifSceneObject& scene, const format::ObjectView& object,
   return placed;
 }
 
-/// After prepare(); cannot fail. number: of a free instance, or one more than there are.
+/// Call after prepare(); cannot fail. number: a free one, or the one after the last.
 void put(NifSceneObject& scene, uint32_t number, uint32_t object, const InstanceSettings& settings,
          const Placed& placed) {
   if (number == scene.instances.size()) {
@@ -99,8 +99,8 @@ void put(NifSceneObject& scene, uint32_t number, uint32_t object, const Instance
   scene.committed = false;
 }
 
-/// The first of the lowest `count` numbers in a row that no instance has. Gaps that were found too short are
-/// not looked at again until an instance is removed: so adding many takes no more than a look at each number.
+/// Returns the first of the lowest `count` consecutive free numbers. Gaps that were too short are not
+/// searched again until an instance is removed, so adding many instances looks at each number only once.
 uint32_t free_numbers(NifSceneObject& scene, size_t count) {
   const auto end = uint32_t(scene.settings.size());
   uint32_t& first = scene.first_free;
@@ -134,7 +134,7 @@ void set_box(NifSceneObject& scene, uint32_t instance, const kernels::WorldBox& 
     scene.hierarchy.set_box(place, box);
 }
 
-/// Makes new settings those of an instance: all or nothing.
+/// Gives an instance new settings: all or nothing.
 void change(NifSceneObject& scene, uint32_t instance, const InstanceSettings& settings) {
   const Instance& before = scene.instances[instance];
   Placed placed = place(scene, *scene.objects[before.object].view, settings);
@@ -154,7 +154,7 @@ Origin read_origin(const double* origin) {
   return {origin[0], origin[1], origin[2]};
 }
 
-/// Computes all instances anew, as the scene's new origin has them. All or nothing.
+/// Recomputes all instances relative to the scene's new origin: all or nothing.
 void move_instances(NifSceneObject& scene) {
   std::pmr::vector<Placed> placed(scene.device->memory());
   placed.reserve(scene.instances.size());
@@ -179,7 +179,7 @@ void move_instances(NifSceneObject& scene) {
   scene.moved = false;
 }
 
-/// Lets go of assets that no instance uses any more.
+/// Releases assets that no instance uses any more.
 void drop_unused_assets(NifSceneObject& scene) {
   scene.has_removed = false;
   std::pmr::vector<bool> used(scene.objects.size(), false, scene.device->memory());
@@ -200,7 +200,7 @@ void drop_unused_assets(NifSceneObject& scene) {
       objects.push_back(scene.objects[i]);
     }
   }
-  // From here on nothing fails.
+  // Nothing fails from here on.
   if (kept.size() == scene.assets.size()) return;
   for (size_t i = 0; i < scene.instances.size(); ++i)
     scene.instances[i].object = renumbered[scene.instances[i].object] & (kMaxPlacedObjects - 1);
@@ -215,7 +215,7 @@ void drop_unused_assets(NifSceneObject& scene) {
   scene.objects.swap(objects);
 }
 
-/// The instance that alone can be met, or kNoInstance.
+/// Returns the only instance that rays can meet, or kNoInstance if there are none or several.
 uint32_t find_sole(const NifSceneObject& scene) {
   uint32_t sole = kernels::kNoInstance, awake = 0;
   for (uint32_t i = 0; i < scene.settings.size() && awake < 2; ++i)
@@ -223,7 +223,7 @@ uint32_t find_sole(const NifSceneObject& scene) {
   return awake == 1 ? sole : kernels::kNoInstance;
 }
 
-/// All of a commit but the GPU's part.
+/// Does a commit, except for the GPU.
 void commit_instances(NifSceneObject& scene) {
   auto* memory = scene.device->memory();
   scene.ready_on_gpu = false;
@@ -323,7 +323,7 @@ void set_transforms(NifSceneObject& scene, uint64_t count, const uint32_t* insta
     InstanceSettings settings = scene.settings[number(k)];
     settings.remainder = {};
     settings.transform = kIdentity;
-    // As an integer: a stride may be negative, as its two's complement.
+    // Computed as an integer: a stride may be negative, in two's complement.
     if (transforms)
       std::memcpy(
           settings.transform.data(),
@@ -333,7 +333,7 @@ void set_transforms(NifSceneObject& scene, uint64_t count, const uint32_t* insta
   };
   if (!instances && count > scene.settings.size()) check_instance(scene, uint32_t(scene.settings.size()));
   for (uint64_t k = 0; k < count; ++k) check_instance(scene, number(k));
-  if (count > 1)  // all of them are looked at before the first is changed
+  if (count > 1)  // checks all before it changes the first
     for (uint64_t k = 0; k < count; ++k) {
       try {
         place(scene, *scene.objects[scene.instances[number(k)].object].view, changed(k));

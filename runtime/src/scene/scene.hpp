@@ -14,7 +14,7 @@ namespace nif::runtime {
 /// An asset that a scene uses.
 struct HeldAsset {
   Ref<NifAssetObject> asset;
-  uint32_t first_object;  ///< where its objects begin among the scene's
+  uint32_t first_object;  ///< index of its first object among the scene's
 };
 
 }  // namespace nif::runtime
@@ -34,27 +34,27 @@ struct NifSceneObject : nif::runtime::Object {
   }
 
   nif::runtime::Ref<NifDeviceObject> device;
-  std::pmr::vector<nif::runtime::HeldAsset> assets;  ///< each once, sorted by address
-  /// Assets that no instance uses any more, while the scene on the GPU may still read them.
+  std::pmr::vector<nif::runtime::HeldAsset> assets;  ///< each asset once, sorted by address
+  /// Assets that no instance uses any more, but that the scene on the GPU may still read.
   std::pmr::vector<nif::runtime::Ref<NifAssetObject>> dropped;
   std::pmr::vector<nif::runtime::PlacedObject> objects;
   std::pmr::vector<nif::runtime::Instance> instances;         ///< as queries see them
   std::pmr::vector<nif::runtime::InstanceSettings> settings;  ///< [as instances]
   uint32_t live = 0;                                          ///< instances that exist
-  uint32_t longest_gap = 0;                                   ///< free numbers in a row, at most
-  uint32_t first_free = 0;                                    ///< no instance below it is free
+  uint32_t longest_gap = 0;                                   ///< most consecutive free numbers
+  uint32_t first_free = 0;                                    ///< no number below it is free
   nif::runtime::Hierarchy hierarchy;
-  /// [instance] its box, from the first change after a commit that the hierarchy cannot be refitted to until
-  /// the next commit; else empty, and the hierarchy has the boxes.
+  /// [instance] its box, after a change to which the hierarchy cannot be refitted, until the next commit.
+  /// Otherwise empty: the hierarchy has the boxes.
   std::pmr::vector<nif::kernels::WorldBox> new_boxes;
   nif::runtime::Origin origin{};
   bool moved = false;        ///< the origin has changed since the last commit
-  bool has_removed = false;  ///< so has an instance gone
+  bool has_removed = false;  ///< an instance was removed since the last commit
   bool committed = false;
-  /// The instance that alone can be met, at the last commit; kNoInstance: there are none or several.
+  /// The only instance that rays can meet, at the last commit; kNoInstance: none or several.
   uint32_t sole = nif::kernels::kNoInstance;
   nif::runtime::GpuScene* on_gpu = nullptr;
-  bool ready_on_gpu = false;  ///< what is there is what was committed
+  bool ready_on_gpu = false;  ///< the GPU has the committed scene
   nif::kernels::WorldBox bounds{{1, 1, 1}, {-1, -1, -1}};
 };
 
@@ -67,7 +67,7 @@ struct Added {
 NifSceneObject* new_scene(NifDeviceObject* device);
 void release(NifSceneObject* scene);
 
-/// Null transforms are the identity. All or nothing: where one throws, the scene is as before.
+/// Null transforms are the identity. All or nothing: if a call throws, the scene is as before.
 Added add_instance(NifSceneObject& scene, NifAssetObject* asset, uint32_t object, const float* transform);
 Added add_asset(NifSceneObject& scene, NifAssetObject* asset, const float* transform);
 void remove_instance(NifSceneObject& scene, uint32_t instance);

@@ -1,4 +1,4 @@
-// Follows one ray through the hierarchy, from one instance that it may hit to the next.
+// Traverses the hierarchy with one ray, from one instance that it may hit to the next.
 #pragma once
 
 #include "query/float4.hpp"
@@ -7,7 +7,7 @@
 
 namespace nif::runtime {
 
-/// A ray as the box test wants it: each number four times.
+/// A ray prepared for the box test: each number four times.
 struct TraversalRay {
   TraversalRay(const WorkArea& area, uint32_t ray) {
     for (int a = 0; a < 3; ++a) {
@@ -21,7 +21,7 @@ struct TraversalRay {
   Float4 origin[3], inverse[3], tmin, tmax;
 };
 
-/// kernels::may_meet for a node's four children, as bits.
+/// kernels::may_meet for a node's four children, one bit each.
 inline uint32_t may_meet(const Node& node, const TraversalRay& ray) {
   Float4 near[3], far[3];
   for (int a = 0; a < 3; ++a) {
@@ -42,7 +42,7 @@ inline uint32_t may_meet(const Node& node, const TraversalRay& ray) {
 
 inline Cursor start(const Node* nodes, const TraversalRay& ray) { return {may_meet(nodes[0], ray), 0}; }
 
-/// The next instance whose box the ray may meet, or kNoPlace after the last.
+/// Returns the next instance whose box the ray may meet, or kNoPlace after the last.
 inline uint32_t next_instance(const Node* nodes, const TraversalRay& ray, Cursor& cursor) {
   return kernels::next_instance(nodes, cursor, [&](const Node& node) { return may_meet(node, ray); });
 }

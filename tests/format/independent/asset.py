@@ -8,14 +8,18 @@ import proof
 import segment
 import spherical
 from container import PARTS, File
+from scene import IDENTITY
 
 # In the order in which they are read: a network stands on planes.
 READERS = {"planes": planes.read, "triangles": bvh.read, "network": segment.read, "spherical": spherical.read}
 
 
 class Asset:
-    """objects: each has answer(origin, direction, tmin, tmax), which returns (logit, visible, certain).
-    encodings: what each one is called.
+    """objects: each has answer(origin, direction, tmin, tmax), which returns (logit, visible, certain); hit() of the
+    same; and for scenes box() and scale.
+    items: their records. encodings: what each one is called.
+    source_triangles, colours: by object, where it has some.
+    placed: of each instance its object, transform and remainder.
     """
 
     def __init__(self, data):
@@ -27,8 +31,12 @@ class Asset:
                     setattr(item, part, value)
         self.objects = [_object(item) for item in file.objects]
         spherical.read_primary(file)
-        extras.read_source_triangles(file)
-        extras.read_colours(file)
+        self.items = file.objects
+        self.source_triangles = extras.read_source_triangles(file)
+        self.colours = extras.read_colours(file)
+        self.placed = [(fields[12], fields[:12], r) for fields, r in zip(file.instances, file.remainders)]
+        if not file.instances and not file.places_nothing:
+            self.placed = [(item, IDENTITY, (0.0,) * 3) for item in range(len(self.objects))]
 
 
 def _object(item):

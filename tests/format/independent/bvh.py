@@ -1,10 +1,11 @@
 """The triangles of objects: the tree and its answers (docs/format.md, "Triangles, 32 bytes", "The BVH payload";
-docs/answers.md, "bvh").
+docs/answers.md, "bvh", and "First hits": "Of triangles").
 """
 
 import struct
 
 from container import Payloads, require, reserved
+from hits import Hit, none
 from single import divide, single
 
 NODE = struct.Struct("<3I3I8s24s24s")
@@ -103,14 +104,45 @@ class Tree:
             return MAX, True, tmin > tmax
         return None
 
+    def certain(self, o):
+        return max(map(abs, o)) <= single(self.extent * 2.0**20)
+
     def answer(self, o, d, tmin, tmax):
         answer = self.settled(o, d, tmin, tmax)
         if answer is None:
-            certain = max(map(abs, o)) <= single(self.extent * 2.0**20)
-            answer = (-MAX, False, certain) if self._meets(o, d, tmin, tmax) else (MAX, True, certain)
+            met = next(self._met(o, d, tmin, tmax), None) is not None
+            answer = (-MAX if met else MAX), not met, self.certain(o)
         return answer
 
-    def _meets(self, o, d, tmin, tmax):
+    def hit(self, o, d, tmin, tmax):
+        answer = self.settled(o, d, tmin, tmax)
+        if answer is not None:
+            return none(answer[2])
+        # The first of several at the same t.
+        nearest = min(self._met(o, d, tmin, tmax), key=lambda met: met[0], default=None)
+        if nearest is None:
+            return none(self.certain(o))
+        t, weight, total, number = nearest
+        hit = Hit(t=single(t), u=single(weight[1] / total), v=single(weight[2] / total), triangle=number)
+        if self.certain(o):
+            hit.low = hit.high = hit.t
+        p, q, r = self.triangles[number]
+        e, f = [b - a for a, b in zip(p, q)], [b - a for a, b in zip(p, r)]
+        n = [e[b] * f[c] - e[c] * f[b] for b, c in ((1, 2), (2, 0), (0, 1))]
+        largest = max(map(abs, n))
+        hit.normal = tuple(single(x / largest) if largest else 0.0 for x in n)
+        return hit
+
+    def box(self):
+        margin = 2.0**-14 * self.extent
+        return [x - margin for x in self.root_low], [x + margin for x in self.root_high]
+
+    @property
+    def scale(self):
+        return single(64 / self.extent)
+
+    def _met(self, o, d, tmin, tmax):
+        """Of each triangle that the ray meets: t, three weights and their sum, and its place."""
         k2 = 0
         if abs(d[1]) > abs(d[0]):
             k2 = 1
@@ -120,7 +152,7 @@ class Tree:
         o0, o1, o2, d2 = o[k0], o[k1], o[k2], d[k2]
         sx, sy = d[k0] / d2, d[k1] / d2
         error = max(*map(abs, o), self.extent) * 2.0**-49
-        for corners in self.triangles:
+        for number, corners in enumerate(self.triangles):
             z = [p[k2] - o2 for p in corners]
             x = [p[k0] - o0 - sx * c for p, c in zip(corners, z)]
             y = [p[k1] - o1 - sy * c for p, c in zip(corners, z)]
@@ -132,12 +164,12 @@ class Tree:
             larger = max(width, height)
             total = side[0] + side[1] + side[2]
             if apart > 0 or abs(total) < 0.25 * larger * larger:
-                depth = close(side, x, y, z, error)
+                depth, weight = close(side, x, y, z, error)
+                total = 1.0
             else:
-                depth = divide(mean(side, z), total) if total != 0 else None
+                depth, weight = (divide(mean(side, z), total) if total != 0 else None), side
             if depth is not None and tmin <= depth / d2 <= tmax:
-                return True
-        return False
+                yield depth / d2, weight, total, number
 
 
 def mean(weights, values):
@@ -145,9 +177,11 @@ def mean(weights, values):
 
 
 def close(side, x, y, z, error):
-    """The depth at which the ray passes a triangle that is close to it, or seen edge-on; None where it does not."""
+    """The depth at which the ray passes a triangle that is close to it, or seen edge-on, and the weights of its
+    vertices there; None where it does not.
+    """
     if side == [0, 0, 0]:
-        return None
+        return None, None
     total = side[0] + side[1] + side[2]
     if total != 0:
         weights = list(side)
@@ -157,11 +191,11 @@ def close(side, x, y, z, error):
             aside, across = mean(weights, x), mean(weights, y)
             if max(abs(aside), abs(across)) <= 4 * error:
                 if min(weights) >= 0:
-                    return mean(weights, z)
+                    return mean(weights, z), weights
                 break
             for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
                 weights[i] -= divide(aside * (y[k] - y[j]) - across * (x[k] - x[j]), total)
-    nearest, depth = 128 * error, None
+    nearest, depth, weights = 128 * error, None, [0.0] * 3
     for i, j in ((0, 1), (1, 2), (2, 0)):
         along_x, along_y = x[j] - x[i], y[j] - y[i]
         square = along_x * along_x + along_y * along_y
@@ -170,7 +204,9 @@ def close(side, x, y, z, error):
         distance = max(abs(x[i] + part * along_x), abs(y[i] + part * along_y))
         if distance <= nearest:
             nearest, depth = distance, z[i] + part * (z[j] - z[i])
-    return depth
+            weights = [0.0] * 3
+            weights[i], weights[j] = 1 - part, part
+    return depth, weights
 
 
 def contains(box, point):

@@ -7,6 +7,7 @@ from coding import Decoder, Models
 from container import require
 from grid import CODED_CELLS, CODED_KINDS, INSIDE, OUTSIDE
 from sides import Sides
+from single import single
 
 CUT = 15
 BARE = 31 << 4 | 31 << 10 | 0 << 16 | 255 << 24  # u = v = 0, places 0 and 256; without the kind
@@ -44,6 +45,7 @@ class Cells:
     def __init__(self, grid, occupancy, data):
         self.grid, self.occupancy = grid, occupancy
         self.place = grid.place + ": cells"
+        self.cells_per_unit = single(grid.voxels_per_unit * 2**grid.levels)
         size = 1 << grid.levels
         self.count = grid.surface_voxels + grid.part_count
         self.low = [tuple(c << grid.levels for c in at) for at in occupancy.surface]
@@ -55,6 +57,12 @@ class Cells:
         else:
             self._read(data)
             self.check_sides(Sides(self))
+
+    def box(self):
+        """Of objects with planes and without triangles."""
+        grid, voxel = self.grid, 1 / self.grid.voxels_per_unit
+        low = [x - 0.125 * voxel for x in grid.origin]
+        return low, [x + (count + 0.125) * voxel for x, count in zip(grid.origin, grid.voxels)]
 
     def _read(self, data):
         for number, word in enumerate(struct.unpack(f"<{self.count}I", data)):

@@ -1,18 +1,17 @@
 #!/usr/bin/env -S python3 -B
 """Checks assets and their golden answers with a reader that shares no code with nifkit.
 
-    check.py [--self-test COUNT] FILE.nif [FILE.answers]... [FILE.nif [FILE.answers]...]...
+    check.py [--self-test COUNT] FILE.nif [FILE.answers | FILE.hits]... [FILE.nif ...]...
     check.py --numbered TABLE NUMBER-NAME.nif...
 
 This folder is written from docs/format.md and docs/answers.md alone, in plain Python 3.11, one operation of
-single precision at a time. It shows that the documents are enough to write a reader. It is no tool: it is slow,
-and does not place instances.
+single precision at a time. It shows that the documents are enough to write a reader. It is no tool: it is slow.
 
-Refuses a file that breaks a rule of docs/format.md, and compares every part of every answer (docs/answers.md,
-"Golden answers"). Prints a line for each file. Ends with 1 if a file is refused or an answer differs.
+Refuses a file that breaks a rule of docs/format.md, and compares every part of every answer and of every first hit
+(docs/answers.md, "Golden answers"). Prints a line for each file. Ends with 1 if a file is refused or an answer differs.
 
 --self-test shows that this can fail. It damages each file COUNT times in each of three ways, and each array of
-answers, in memory, and demands that the damage is reported.
+answers and hits, in memory, and demands that the damage is reported.
 
 --numbered takes files that each show a finding of `nif validate`, and TABLE is docs/validation.md, which has the
 exit code of each number. Files of numbers with an exit code have to be refused with it, and those of the others
@@ -28,18 +27,41 @@ from pathlib import Path
 
 from asset import Asset
 from container import ENTRY, HEADER, Refused, crc32c
+from scene import object_scene, whole_scene
 
 ANSWER = struct.Struct("<I3f3fffiBBH")
+HIT_RAY, HIT = struct.Struct("<I3f3fff"), struct.Struct("<6f3I5fBBH")
+SIZES = {".answers": ANSWER.size, ".hits": HIT_RAY.size + HIT.size}
+RESULTS = 36  # where the results begin, in records of both kinds
+WHOLE = 2**32 - 1
 
 
-def differing(asset, answers):
-    """How many of these answers are not what the asset's objects answer."""
+def differing(asset, kind, records):
+    """How many of these answers or hits are not what the asset gives."""
+    return (differing_hits if kind == ".hits" else differing_answers)(asset, records)
+
+
+def differing_answers(asset, answers):
     count = 0
     for number, (item, ox, oy, oz, dx, dy, dz, tmin, tmax, *expected) in enumerate(ANSWER.iter_unpack(answers)):
         if item >= len(asset.objects):
             raise ValueError(f"answer {number} is of object {item}, but there are {len(asset.objects)}")
         logit, visible, certain = asset.objects[item].answer((ox, oy, oz), (dx, dy, dz), tmin, tmax)
         count += [logit, visible, certain, 0] != expected
+    return count
+
+
+def differing_hits(asset, hits):
+    count, scenes = 0, {}
+    for at in range(0, len(hits), SIZES[".hits"]):
+        which, *ray = HIT_RAY.unpack_from(hits, at)
+        if which not in scenes:
+            if which != WHOLE and which >= len(asset.objects):
+                raise ValueError(f"hit {at} is of object {which}, but there are {len(asset.objects)}")
+            scenes[which] = whole_scene(asset) if which == WHOLE else object_scene(asset, which)
+        expected = hits[at + HIT_RAY.size : at + SIZES[".hits"]]
+        scene = scenes[which]
+        count += scene is None or HIT.pack(*scene.outputs(ray[0:3], ray[3:6], *ray[6:8])) != expected
     return count
 
 
@@ -50,10 +72,11 @@ def check(path, answers):
         queries = differ = 0
         for file in answers:
             data = file.read_bytes()
-            if not data or len(data) % ANSWER.size:
-                raise ValueError(f"{file}: {len(data)} bytes are no whole number of answers")
-            queries += len(data) // ANSWER.size
-            differ += differing(asset, data)
+            size = SIZES[file.suffix]
+            if not data or len(data) % size:
+                raise ValueError(f"{file}: {len(data)} bytes are no whole number of records of {size}")
+            queries += len(data) // size
+            differ += differing(asset, file.suffix, data)
     except (Refused, OSError, ValueError) as error:
         print(f"{path}: refused: {error}" if isinstance(error, Refused) else f"{path}: {error}")
         return False
@@ -109,19 +132,26 @@ def flip(data, bit):
     return bytes(damaged)
 
 
-def is_refused(data, queries=b""):
-    """Anything but Refused is an error of this reader, and ends the program."""
+def is_refused(data, queries=()):
+    """Anything but Refused is an error of this reader, and ends the program. queries: pairs of a kind and records."""
     try:
-        differing(Asset(data), queries)
+        asset = Asset(data)
+        for query in queries:
+            differing(asset, *query)
     except Refused:
         return True
     return False
 
 
+def every(nth, array, size):
+    """Every nth record."""
+    return b"".join(array[at : at + size] for at in range(0, len(array), nth * size))
+
+
 def self_test(path, answers, count):
     """Prints the line of a file. Returns whether all damage was treated as it has to be."""
     data, draw = path.read_bytes(), random.Random(path.name)
-    arrays = [file.read_bytes() for file in answers]
+    arrays = [(file.suffix, file.read_bytes()) for file in answers]
     faults = []
 
     # Every byte is covered by a checksum or known to be zero.
@@ -138,7 +168,7 @@ def self_test(path, answers, count):
     places = [(0, HEADER)]
     for entry, offset, size in entries(data):
         places += [(entry, ENTRY), (offset, size)] if size else [(entry, ENTRY)]
-    some = b"".join(array[at : at + ANSWER.size] for array in arrays for at in range(0, len(array), 60 * ANSWER.size))
+    some = [(kind, every(60, array, SIZES[kind])) for kind, array in arrays]
     refused = 0
     for _ in range(count):
         offset, size = draw.choice(places)
@@ -148,11 +178,12 @@ def self_test(path, answers, count):
 
     # A wrong answer is reported, whichever part of it is wrong.
     asset, altered = Asset(data), 0
-    for file, array in zip(answers, arrays):
-        for place in range(36, ANSWER.size):
-            at = draw.randrange(len(array) // ANSWER.size) * ANSWER.size
+    for file, (kind, array) in zip(answers, arrays):
+        size = SIZES[kind]
+        for place in range(RESULTS, size):
+            at = draw.randrange(len(array) // size) * size
             altered += 1
-            if differing(asset, flip(array[at : at + ANSWER.size], 8 * place + draw.randrange(8))) != 1:
+            if differing(asset, kind, flip(array[at : at + size], 8 * place + draw.randrange(8))) != 1:
                 faults.append(f"{file}: byte {place} of the record at {at} altered, and not reported")
 
     print(f"{path}: {3 * count} damaged files, {refused} of {count} with right checksums refused; {altered} altered answers")
@@ -173,10 +204,10 @@ def main(arguments):
     for path in map(Path, arguments):
         if path.suffix == ".nif":
             files[path] = []
-        elif path.suffix == ".answers" and files:
+        elif path.suffix in SIZES and files:
             files[list(files)[-1]].append(path)
         else:
-            sys.exit(f"check.py: {path}: neither a .nif, nor .answers after one")
+            sys.exit(f"check.py: {path}: neither a .nif, nor .answers or .hits after one")
     if not files:
         sys.exit(__doc__)
     return 0 if all([run(path, answers) for path, answers in files.items()]) else 1

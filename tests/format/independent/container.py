@@ -121,9 +121,11 @@ class File:
         self.objects = _objects(self.sections["OBJS"], names)
         self.instances = _instances(self.sections["INST"], names, len(self.objects))
         names.finish()
+        self.remainders = [(0.0,) * 3] * len(self.instances)
         if "TRAN" in self.sections:
-            _check_translations(self.sections["TRAN"], self.instances)
-        require(not (data[36] & PLACES_NOTHING and self.instances), "INST", "not empty, though the file places nothing")
+            self.remainders = _translations(self.sections["TRAN"], self.instances)
+        self.places_nothing = data[36] & PLACES_NOTHING
+        require(not (self.places_nothing and self.instances), "INST", "not empty, though the file places nothing")
         for part, sections in PARTS.items():
             needed = any(part in item.parts for item in self.objects)
             for name in sections:
@@ -259,7 +261,8 @@ def _instances(section, names, objects):
     return instances
 
 
-def _check_translations(section, instances):
+def _translations(section, instances):
+    """What each instance's translation has beyond floats."""
     records = section.records("3d")
     require(len(records) == len(instances), "TRAN", f"{len(records)} translations of {len(instances)} instances")
     remainders = []
@@ -270,6 +273,7 @@ def _check_translations(section, instances):
             remainders.append(value - rounded)
             require(to_float(remainders[-1]) == remainders[-1], place, "is no sum of two floats")
     require(any(remainders), "TRAN", "floats hold all translations")
+    return [tuple(remainders[n : n + 3]) for n in range(0, len(remainders), 3)]
 
 
 def to_float(value):

@@ -13,6 +13,7 @@ LIMIT = 2.0**41
 class Exact:
     def __init__(self, cells, tree):
         self.cells, self.tree = cells, tree
+        self.box, self.scale = tree.box, tree.scale
         _check_near(cells.grid, tree)
 
     def answer(self, o, d, tmin, tmax):
@@ -21,6 +22,9 @@ class Exact:
             return answer
         result = walk(self.cells, o, d, tmin, tmax)
         return proven(result) if result.certain else self.tree.answer(o, d, tmin, tmax)
+
+    def hit(self, o, d, tmin, tmax):
+        return self.tree.hit(o, d, tmin, tmax)
 
 
 def _check_near(grid, tree):

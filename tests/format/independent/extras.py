@@ -1,12 +1,14 @@
-"""What no answer depends on: source triangles and colours (docs/format.md, "Source triangles", "Colours", "The
+"""What hits alone depend on: source triangles and colours (docs/format.md, "Source triangles", "Colours", "The
 payload of source triangles").
 """
+
+import struct
 
 from container import Payloads, require, reserved
 
 
 def _read(file, records, payloads):
-    """Checks records of both kinds; yields (object, number, payload, place)."""
+    """Checks records of both kinds; yields (number of the object, object, number, payload, place)."""
     if records not in file.sections:
         return
     payloads = Payloads(file.sections[payloads])
@@ -18,12 +20,14 @@ def _read(file, records, payloads):
         require(last < item < len(file.objects), place, f"object {item}")
         last = item
         reserved(zeros, place)
-        yield file.objects[item], number, payloads.take(offset, length, place), place
+        yield item, file.objects[item], number, payloads.take(offset, length, place), place
     payloads.finish()
 
 
 def read_source_triangles(file):
-    for item, count, payload, place in _read(file, "SRCT", "SNUM"):
+    """Numbers by object."""
+    found = {}
+    for which, item, count, payload, place in _read(file, "SRCT", "SNUM"):
         require("triangles" in item.parts, place, "an object without triangles")
         triangles = len(item.triangles.triangles)
         require(count >= triangles, place, f"{count} source triangles of {triangles}")
@@ -31,15 +35,22 @@ def read_source_triangles(file):
         size = (bits * triangles + 31) // 32 * 4
         require(len(payload) == size, place, f"a payload of {len(payload)} bytes, not {size}")
         numbers = int.from_bytes(payload, "little")
+        found[which] = []
         for _ in range(triangles):
-            require(numbers & ((1 << bits) - 1) < count, place, "a number that is not below the count of source triangles")
+            found[which].append(numbers & ((1 << bits) - 1))
+            require(found[which][-1] < count, place, "a number that is not below the count of source triangles")
             numbers >>= bits
         require(numbers == 0, place, "bits behind the last number are not zero")
+    return found
 
 
 def read_colours(file):
-    for item, count, payload, place in _read(file, "COLR", "CVAL"):
+    """The packed colours of surface voxels, by object."""
+    found = {}
+    for which, item, count, payload, place in _read(file, "COLR", "CVAL"):
         require("planes" in item.parts, place, "an object without surface voxels")
         voxels = item.planes.grid.surface_voxels
         require(count == voxels, place, f"{count} surface voxels, not {voxels}")
         require(len(payload) == 2 * count, place, f"a payload of {len(payload)} bytes, not {2 * count}")
+        found[which] = struct.unpack(f"<{count}H", payload)
+    return found

@@ -1,6 +1,7 @@
 """`proof` objects: planes alone (docs/answers.md, "proof")."""
 
 from bvh import MAX
+from hits import hit_by_planes
 from walk import OPEN, VISIBLE, walk
 
 
@@ -13,7 +14,11 @@ def proven(result):
 class Proof:
     def __init__(self, cells):
         self.cells = cells
+        self.box, self.scale = cells.box, cells.cells_per_unit
 
     def answer(self, o, d, tmin, tmax):
         result = walk(self.cells, o, d, tmin, tmax)
         return (-1, False, False) if result.verdict == OPEN else proven(result)
+
+    def hit(self, o, d, tmin, tmax):
+        return hit_by_planes(self.cells, o, d, tmin, tmax)

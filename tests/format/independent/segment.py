@@ -10,6 +10,7 @@ from operator import mul
 from coding import Decoder, Models
 from container import Payloads, require, require_range, reserved
 from grid import SURFACE, check_expansion
+from hits import hit_by_planes
 from proof import proven
 from single import divide, index, least, single
 from walk import OPEN, walk
@@ -124,6 +125,7 @@ class Segment:
     def __init__(self, cells, corners, features, floats, samples, length_scale, network):
         self.cells, self.corners, self.features, self.floats, self.samples = cells, corners, features, floats, samples
         self.network = network
+        self.box, self.scale = cells.box, cells.cells_per_unit
         self.voxels_per_cell = 1.0 / (1 << cells.grid.levels)
         self.total_scale = single(length_scale * self.voxels_per_cell)
 
@@ -143,6 +145,9 @@ class Segment:
         inputs += [127 * flag for flag in (result.seen_outside, result.seen_inside, *(reversed(ends) if turned else ends))]
         logit = self.network.logit(inputs)
         return logit, logit >= 0, False
+
+    def hit(self, o, d, tmin, tmax):
+        return hit_by_planes(self.cells, o, d, tmin, tmax, lambda end: self.answer(o, d, tmin, end)[1])
 
     def _points(self, result):
         """(t, height) of each point, in the order of the ray."""

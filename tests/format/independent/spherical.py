@@ -7,6 +7,7 @@ import struct
 
 from bvh import MAX
 from container import Payloads, require, require_aabb, require_range, reserved
+from hits import Hit, none
 from single import divide, index, largest, least, single
 
 LIMIT = 4096.0
@@ -157,6 +158,25 @@ class Field:
         z = (self.inner if inside else self.outer).output(inputs)
         logit = math.floor(single(largest(least(z, 32767.0), -32767.0) * 65536))
         return logit, logit >= 0, False
+
+    def box(self):
+        return [x - 8 * self.margin for x in self.low], [x + 8 * self.margin for x in self.high]
+
+    @property
+    def scale(self):
+        return self.reach
+
+    def hit(self, o, d, tmin, tmax):
+        _, visible, certain = self.answer(o, d, tmin, tmax)
+        if visible:
+            return none(certain)
+        enter = largest(tmin, -(2.0**60))
+        for a in range(3):
+            if d[a] != 0:
+                near = single(single((self.high if d[a] < 0 else self.low)[a] - o[a]) / d[a])
+                if near - near == 0:
+                    enter = largest(near, enter)
+        return Hit(t=least(enter, tmax))
 
     def _clip(self, o, d, tmin, tmax, far, steep):
         padding = single(single(far * 2.0**-20) + self.margin)

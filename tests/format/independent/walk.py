@@ -1,4 +1,5 @@
-"""The walk of a ray through a grid of cells with planes (docs/answers.md, "The grid")."""
+"""The walk of a ray through a grid of cells with planes (docs/answers.md, "The grid", and
+"First hits": "The walk in order")."""
 
 from dataclasses import dataclass, field
 
@@ -19,6 +20,15 @@ class Run:
 
 
 @dataclass
+class OpenCell:
+    begin: float
+    end: float
+    enter: float
+    leave: float
+    number: int
+
+
+@dataclass
 class Walk:
     verdict: str = OPEN
     certain: bool = False
@@ -30,10 +40,19 @@ class Walk:
     seen_inside: bool = False
     starts_open: bool = False
     ends_open: bool = False
+    # Of a walk in order:
+    cells: list = field(default_factory=list)
+    last_enter: float = 0.0
+    last_leave: float = 0.0
 
     def stop(self, verdict, certain):
         self.verdict, self.certain = verdict, certain
         return self
+
+    def list_cell(self, cell):
+        if len(self.cells) == 64:
+            self.cells.pop()
+        self.cells.append(cell)
 
     def see(self, side):
         self.seen_outside |= side == OUTSIDE
@@ -57,9 +76,8 @@ def find(cells, c):
     return number, side, [x & ~(size - 1) for x in c], size
 
 
-def walk(cells, o, d, tmin, tmax):
-    grid = cells.grid
-    cells_per_unit = single(grid.voxels_per_unit * 2**grid.levels)
+def walk(cells, o, d, tmin, tmax, in_order=False):
+    grid, cells_per_unit = cells.grid, cells.cells_per_unit
     n = [count << grid.levels for count in grid.voxels]
     O = [single(single(x - y) * cells_per_unit) for x, y in zip(o, grid.origin)]
     D = [single(x * cells_per_unit) for x in d]
@@ -95,7 +113,7 @@ def walk(cells, o, d, tmin, tmax):
     step = [(x > 0) - (x < 0) for x in D]
     plane = [c[a] + (step[a] > 0) for a in range(3)]
     following = [single(single(plane[a] - O[a]) * inverse[a]) if step[a] else NEVER for a in range(3)]
-    result.seen_outside = clipped_in or clipped_out
+    result.seen_outside = clipped_in or (clipped_out and not in_order)
     now = enter
     ends = False
     while not ends:
@@ -128,7 +146,17 @@ def walk(cells, o, d, tmin, tmax):
                 result.ends_open = run.end == leave and not clipped_out
                 result.open_t = single(result.open_t + single(run.end - run.begin))
                 result.runs.append(run)
-        if blocked or (result.seen_outside and result.seen_inside):
+                if in_order:
+                    result.list_cell(OpenCell(*(x + 0.0 for x in (run.begin, run.end, entered, left)), number))
+        stops = blocked or (result.seen_outside and result.seen_inside)
+        if stops:
+            result.last_enter, result.last_leave = entered + 0.0, (entered if number is None else left) + 0.0
+        elif ends and clipped_out and in_order:
+            result.seen_outside = True
+            if result.seen_inside:
+                stops = True
+                result.last_enter = result.last_leave = left + 0.0
+        if stops:
             return result.stop(OCCLUDED, certain)
     return result.stop(OPEN, False) if result.runs else result.stop(VISIBLE, certain)
 

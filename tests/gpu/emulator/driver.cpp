@@ -1,4 +1,4 @@
-// A driver for cards that are not there: the kernels run in the emulator, memory of a card is the host's.
+// A driver for emulated cards: the kernels run in the emulator, and the cards' memory is host memory.
 // Together with the GPU module's own sources this makes libnif_gpu_emulated.so.
 #include <algorithm>
 #include <cstdlib>
@@ -19,7 +19,7 @@ using test::EmulatedMachine;
 
 EmulatedMachine machine;
 
-/// Whether this call is the one that is to fail.
+/// Is this the call that must fail?
 bool is_due(std::atomic<uint32_t>& countdown) { return countdown.load() != 0 && countdown.fetch_sub(1) == 1; }
 
 void check_lost() {
@@ -41,7 +41,7 @@ struct Mark {
   std::atomic<uint32_t> asked = 0;
 };
 
-/// All that the driver knows, of all cards.
+/// The driver's state, for all cards.
 class Ledger {
  public:
   void* allocate(uint32_t card, uint64_t bytes) {
@@ -267,7 +267,7 @@ class EmulatedContext final : public Context {
     mark.behind = ledger().length(*mark.queue);
     mark.asked = 0;
   }
-  /// Time passes while somebody asks: after some times the work is done.
+  /// Time passes with each call: after some calls the work is done.
   bool is_done(Event event) override {
     check_entered();
     check_lost();

@@ -27,7 +27,7 @@ namespace {
 constexpr uint32_t kMaxThreads = 1024;
 constexpr uint32_t kMostLanes = 64;
 
-/// What a thread waits for: all others of its block, or of its wave, to come to the same.
+/// What a thread waits for: all other threads of its block or wave must arrive at the same.
 enum class Meeting {
   none,
   block,
@@ -120,7 +120,7 @@ void multiply_wmma(Product* const lanes[]) {
   });
 }
 
-/// kBytes of a row lie in one lane.
+/// One lane has kBytes of a row.
 template <uint32_t kBytes>
 void multiply_mfma(Product* const lanes[]) {
   const auto quarter = [](uint32_t i, uint32_t k) { return Place{i + 16 * (k / kBytes), k % kBytes}; };
@@ -244,7 +244,7 @@ class EmulatedBlock {
 
   void run(uint32_t number, uint64_t order) {
     std::memset(shared_.data(), 0xa5, shared_.size() * sizeof(shared_[0]));
-    // By turns, or each wave as far as it comes before another starts: that shows a barrier that is missing.
+    // In turns, or each wave as far as it gets before another starts: that exposes a missing barrier.
     std::mt19937_64 random(order);
     const bool by_turns = order == 0 || random() % 2 == 0;
     const std::vector<uint32_t> sequence = sequence_of_threads(order != 0 ? &random : nullptr);
@@ -285,10 +285,10 @@ class EmulatedBlock {
     if (running_ > 0) fail_waiting();
   }
 
-  /// After the last run().
+  /// Call it after the last run().
   void end() { stacks_.give_back(); }
 
-  /// Called by a thread: comes back once all have come.
+  /// Called by a thread: returns once all have arrived.
   void wait(uint32_t index, Meeting meeting, void* part) {
     Fibre& fibre = fibres_[index];
     if (meeting == Meeting::block && is_left_out(++fibre.syncs)) return;
@@ -361,7 +361,7 @@ class EmulatedBlock {
     auto* self = reinterpret_cast<EmulatedBlock*>(uintptr_t(high) << 32 | low);
     Fibre& fibre = self->fibres_[index];
     fibre.stack.arrive(&self->own_stack_);
-    // One turn for each block: a fibre starts once.
+    // Once for each block: a fibre starts only once.
     for (;;) {
       try {
         self->kernel_(fibre.thread);

@@ -1,5 +1,5 @@
-// Runs GPU kernels on the host, to prove them without a GPU: the threads of a block as fibres, which give way
-// to each other wherever threads of a GPU would wait for each other.
+// Runs GPU kernels on the host, to test them without a GPU: the threads of a block are fibres, which yield to
+// each other wherever threads of a GPU would wait for each other.
 //
 // One block at a time, in one thread of the host. What GPUs leave open (which block, wave and lane comes
 // first) follows from a seed, so that tests can ask whether answers depend on it. What is an error on a GPU,

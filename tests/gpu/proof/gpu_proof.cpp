@@ -1,12 +1,12 @@
-// Proves a GPU's answers, and times them: each asset's objects by themselves and all of them as a crowd,
-// asked rays of several sets by the scalar reference on the CPU and by the GPU: nifQuery, nifQueryOpen and
-// nifIntersect, each answer compared. Prints a table in Markdown. Ends with 1 where any answer differs, with
-// 3 where there is no GPU. tests/gpu/run.sh builds it.
+// Checks a GPU's answers, and times them: queries each asset's objects one by one and all together as a
+// crowd, with rays of several sets, by the scalar reference on the CPU and by the GPU: nifQuery, nifQueryOpen
+// and nifIntersect, and compares each answer. Prints a table in Markdown. Ends with 1 if any answer differs,
+// with 3 if there is no GPU. tests/gpu/run.sh builds it.
 //
 //   gpu_proof [--rays N] [--rounds N] [--device N] [--module FILE] [FILE.nif...]
 //
-// --rays: of each set (10000000). --rounds: of timing (7), 0: nothing is timed. Without files, assets that it
-// makes itself.
+// --rays: per set (10000000). --rounds: of timing (7), 0: nothing is timed. Without files it makes its own
+// assets.
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -28,7 +28,7 @@
 namespace nif::test {
 namespace {
 
-constexpr uint64_t kBatch = 1 << 20;  ///< rays that are asked, and timed, at once
+constexpr uint64_t kBatch = 1 << 20;  ///< rays that are queried, and timed, at once
 constexpr size_t kFewRays = 1000;     ///< fewer are not worth timing
 constexpr int kNoGpu = 3;
 
@@ -57,7 +57,7 @@ struct Outputs {
   }
 };
 
-/// Rays for which any output differs: in any bit, but for probabilities in more than their last bits.
+/// Counts rays with any differing output: in any bit, or for probabilities in more than their last bits.
 uint64_t count_different(const Outputs& a, const Outputs& b) {
   uint64_t different = 0;
   for (size_t i = 0; i < a.visible.size(); ++i) {
@@ -69,7 +69,7 @@ uint64_t count_different(const Outputs& a, const Outputs& b) {
   return different;
 }
 
-/// What nifQueryOpen gives: its list in place of the rays, so that its order does not matter.
+/// The result of nifQueryOpen, with its lists sorted by ray, so that their order does not matter.
 struct OpenOutputs : Outputs {
   using Outputs::Outputs;
   uint32_t count = 0;
@@ -272,7 +272,7 @@ class Proof {
       visit(outputs.normal, got.normal), visit(outputs.color, got.color);
       visit(outputs.u, got.u), visit(outputs.v, got.v);
       visit(outputs.instance, got.instance), visit(outputs.object, got.object);
-      visit(outputs.triangle, got.triangle);
+      visit(outputs.triangle, got.triangle), visit(outputs.user, got.user);
     };
     each([&](auto*& output, auto& host) { output = arrays.output(host, host.size()); });
     in_stream(seconds, [&] { return nifIntersect(scenes.of[2].get(), &query, &outputs); });
@@ -280,14 +280,14 @@ class Proof {
     return count_different_hits(got, expected);
   }
 
-  /// By the card's clock; `seconds` as nifMeasureQuery writes them.
+  /// Uses the GPU's clock; `seconds` as nifMeasureQuery writes them.
   static void measure(const Scenes& scenes, const std::vector<NifRay>& rays, const nifkit::Answers& answers,
                       NifMeasure way, uint32_t rounds, double* seconds) {
     nifkit::check(nifMeasureQuery(scenes.of[2].get(), &nifkit::Rays(rays).get(), &answers.get(rays.size()),
                                   way, rounds, seconds));
   }
 
-  /// Only what is visible is asked for, as by a renderer.
+  /// Requests only visibility, as a renderer would.
   void time(Scenes& scenes, const std::vector<NifRay>& rays, std::vector<double>& pipeline,
             std::vector<double>& one_kernel, std::vector<double>& cpu) const {
     if (options_.rounds == 0) return;
@@ -409,7 +409,7 @@ int run(const Options& options) {
   return proof.different() == 0 ? 0 : 1;
 }
 
-/// False where the command line is none.
+/// Returns false if the command line is invalid.
 bool parse(int argc, char** argv, Options& options) {
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];

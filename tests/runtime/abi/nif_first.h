@@ -27,17 +27,17 @@
  *   Calls that change a scene (nifAdd..., nifRemove..., nifSet..., nifCommitScene) must not run at the same
  *   time as any other call on that scene. Any number of threads may query one committed scene.
  * - Memory: a call may allocate, through the device's allocator. Queries do not allocate, except that
- *   nifQueryAsync allocates its job, and a query on a GPU may allocate memory for copies. Always from the
- *   system come threads, error messages, handles beyond 1,024 at once, and host memory of the GPU module.
+ *   nifQueryAsync allocates its job, and a query on a GPU may allocate memory for copies. Threads, error
+ *   messages, handles beyond 1,024 at once, and host memory of the GPU module always come from the system.
  * - Ownership: pointers in a returned structure belong to nifkit. They stay valid as long as the object that
  *   the call was made on.
- * - Floating point: the caller's rounding mode, denormal mode and exception flags affect no result, and are
- *   unchanged after the call.
+ * - Floating point: the caller's rounding mode, denormal mode and exception flags do not affect results, and
+ *   are unchanged after the call.
  *
  * Structures start with struct_size. Set it to sizeof(the structure): then a program compiled with an older
  * header works with a newer library. In a structure that you pass in, set members that you do not use to
  * zero: NifAnswers answers = {.struct_size = sizeof(answers)}; does that. Flags that this header does not
- * name and members called "reserved" must be zero. Members that hold one of an enum are uint32_t. */
+ * name and members called "reserved" must be zero. Members that hold an enum value are uint32_t. */
 #ifndef NIF_NIF_H
 #define NIF_NIF_H
 
@@ -50,8 +50,8 @@
 #define NIF_VERSION_PATCH 0
 #define NIF_VERSION (NIF_VERSION_MAJOR * 10000 + NIF_VERSION_MINOR * 100 + NIF_VERSION_PATCH)
 
-/* On Windows: define NIF_STATIC to link the static library in place of nif.dll. The target nifkit::runtime of
- * the CMake package does it. */
+/* On Windows: define NIF_STATIC to link the static library instead of nif.dll. The target nifkit::runtime of
+ * the CMake package does so. */
 #if !defined(_WIN32)
 #define NIF_API __attribute__((visibility("default")))
 #elif defined(NIF_STATIC)
@@ -74,7 +74,7 @@ typedef enum NifError {
   NIF_ERROR_INVALID_OPERATION = 3, /* not in this state, e.g. a query of a scene that is not committed */
   NIF_ERROR_OUT_OF_MEMORY = 4,
   NIF_ERROR_NOT_AVAILABLE = 5,      /* not in this build or on this machine; the message says which */
-  NIF_ERROR_CANCELLED = 6,          /* nifWaitJob, of a job that nifCancelJob stopped before its end */
+  NIF_ERROR_CANCELLED = 6,          /* from nifWaitJob: nifCancelJob stopped the job before its end */
   NIF_ERROR_SINGULAR_TRANSFORM = 7, /* the transform has no inverse: it flattens space */
 
   NIF_ERROR_FILE_NOT_FOUND = 10,
@@ -96,9 +96,9 @@ typedef enum NifError {
 /* Returns the library's version, encoded like NIF_VERSION. Allocates nothing; cannot fail. */
 NIF_API uint32_t nifGetVersion(void);
 
-/* Returns one sentence about the last failed call on this thread, or "" if none failed. Errors of a file name
- * the file; errors of an asset loaded from memory say "memory". The text is valid until the next failed call
- * on this thread. Needs no device. Allocates nothing; cannot fail. */
+/* Returns one sentence about the last failed call on this thread, or "" if none failed. Errors about a file
+ * name it; errors about an asset loaded from memory say "memory". The text is valid until the next failed
+ * call on this thread. Needs no device. Allocates nothing; cannot fail. */
 NIF_API const char* nifGetErrorMessage(void);
 
 /* Returns the name of a code, e.g. "NIF_ERROR_FILE_NOT_FOUND". Allocates nothing; cannot fail. */
@@ -122,9 +122,9 @@ typedef enum NifLogLevel {
   NIF_LOG_LEVEL_IS_32_BITS = 0x7fffffff
 } NifLogLevel;
 
-/* The caller's own allocator, task runner and log. A null member selects nifkit's own; nifkit's own log keeps
- * nothing. Callbacks may be called from any thread that calls nifkit and from the device's threads, also at
- * the same time, until the device is destroyed. They must not throw, and must not call nifkit. */
+/* The caller's own allocator, task runner and log. A null member selects nifkit's own; nifkit's own log
+ * discards everything. Callbacks may be called from any thread that calls nifkit and from the device's
+ * threads, several at once, until the device is destroyed. They must not throw or call nifkit. */
 typedef struct NifDeviceCallbacks {
   uint64_t struct_size;
   void* user; /* passed to each callback */
@@ -136,24 +136,24 @@ typedef struct NifDeviceCallbacks {
 
   /* Replaces the device's own threads. submit arranges that task(argument, i) is called once for each i in
    * 0 .. count - 1, on any threads, in any order, now or later. It may return before the tasks have run.
-   * count is at most the device's threads. A query does not wait for tasks that have not started: a late task
-   * finds nothing to do. Still, every task must run at some time, because the device lives until then. A task
-   * needs as much stack as nifQuery. */
+   * count is at most the device's number of threads. A query does not wait for tasks that have not started: a
+   * late task finds nothing to do. Still, every task must eventually run, because the device lives until
+   * then. A task needs as much stack as nifQuery. */
   void (*submit)(void* user, NifTask task, void* argument, uint64_t count);
 
   /* Receives one sentence at a time, 0-terminated, valid during the call. `level` is a NifLogLevel; levels
-   * may be added. Queries log nothing, except that a GPU is lost. */
+   * may be added. Queries log only the loss of a GPU. */
   void (*log)(void* user, uint32_t level, const char* message);
 } NifDeviceCallbacks;
 
-/* Creates a device: the CPU or a GPU, with its threads and work memory. `config` is null or a list such as
+/* Creates a device: the CPU or a GPU, with threads and work memory. `config` is null or a list such as
  * "threads=2,isa=avx2". docs/runtime.md describes each key.
  * - threads=N: threads that work on one query (default 1; 0: as many as the machine has).
- * - queries=N: queries that can run at once without scratch of the caller (default 0: the machine's threads).
+ * - queries=N: queries that can run at once without caller's scratch (default 0: the machine's threads).
  * - isa=NAME: the CPU's instruction set: auto (default), scalar, sse4, avx2, avx512, neon or wasm.
- * - memory=NAME: auto (default), or least: smaller tables for grids, and slower rays. CPU only.
- * - backend=NAME: cpu (default), gpu: a GPU of NVIDIA or AMD, or one of the two: cuda or hip.
- * - device=N: with a GPU, the card, as numbered by nifGetCardInfo (default: the first of the backend).
+ * - memory=NAME: auto (default), or least: smaller grid tables, but slower queries. CPU only.
+ * - backend=NAME: cpu (default), gpu (a GPU of NVIDIA or AMD), cuda (NVIDIA only) or hip (AMD only).
+ * - device=N: with a GPU, the card, as numbered by nifGetCardInfo (default: the backend's first).
  * - module=PATH: with a GPU, the file of the GPU module.
  * - pipeline=NAME: with a GPU, how it answers: auto (default), on or off. The answers are the same.
  * - precision=NAME: with a GPU, single (default), or half for networks of `spherical` objects.
@@ -166,7 +166,7 @@ NIF_API void nifReleaseDevice(NifDevice device);
 
 typedef struct NifDeviceInfo {
   uint64_t struct_size;
-  uint32_t threads; /* that one query uses, at most */
+  uint32_t threads; /* most that one query uses */
   uint32_t reserved;
   const char* isa;     /* in use, e.g. "avx512" */
   const char* backend; /* "cpu", "cuda" or "hip" */
@@ -193,16 +193,16 @@ NIF_API NifError nifGetBackendInfo(uint32_t index, NifBackendInfo* info);
 typedef struct NifCardInfo {
   uint64_t struct_size;
   const char* name;
-  const char* target; /* what its code is compiled for, e.g. "gfx1100" or "sm_90" */
+  const char* target; /* the architecture that its code is compiled for, e.g. "gfx1100" or "sm_90" */
   const char* driver; /* e.g. "CUDA 13.0" */
   uint64_t memory_bytes;
   uint32_t available; /* 1: yes, 0: no */
   uint32_t pci_domain;
   const char* reason;  /* one sentence on why it cannot be used; "" if it can */
   const char* backend; /* "cuda" or "hip" */
-  /* To find the card that a graphics API renders on. PCI address: all graphics APIs on Linux. UUID: as
-   * VkPhysicalDeviceIDProperties::deviceUUID; 0 if the driver does not tell. LUID: as DXGI_ADAPTER_DESC and
-   * deviceLUID have it; has_luid is 0 where there is none, which is everywhere but on Windows. */
+  /* To find the card that a graphics API renders on. PCI address: for all graphics APIs on Linux. UUID: as
+   * VkPhysicalDeviceIDProperties::deviceUUID; 0 if the driver does not report one. LUID: as in
+   * DXGI_ADAPTER_DESC and deviceLUID; only Windows has one, so elsewhere has_luid is 0. */
   uint32_t pci_bus;
   uint32_t pci_device;
   uint8_t uuid[16];
@@ -219,9 +219,9 @@ NIF_API NifError nifGetCardInfo(uint32_t card, NifCardInfo* info);
 /* ---- Assets ------------------------------------------------------------------------------------------ */
 
 typedef enum NifLoadMode {
-  NIF_LOAD_COPY = 0, /* the asset has bytes of its own: a file is read and closed, memory is copied */
-  /* The bytes are used where they are, until the asset is destroyed; coded payloads are decoded beside them. A
-   * file is mapped, and must not change. Memory starts at a multiple of NIF_ASSET_ALIGNMENT, and must not
+  NIF_LOAD_COPY = 0, /* the asset owns its bytes: a file is read and closed, memory is copied */
+  /* The bytes are used in place until the asset is destroyed; coded payloads are decoded into other memory. A
+   * file is mapped, and must not change. Memory must start at a multiple of NIF_ASSET_ALIGNMENT, and must not
    * move or change. */
   NIF_LOAD_IN_PLACE = 1,
   NIF_LOAD_MODE_IS_32_BITS = 0x7fffffff
@@ -231,7 +231,7 @@ typedef enum NifLoadMode {
 
 /* Loads a .nif file. `path` is 0-terminated; on Windows in UTF-8, elsewhere in the system's encoding. Safe on
  * untrusted files: checksums cover every byte, every table is checked, and the memory used is at most a small
- * multiple of the file's size. (With NIF_LOAD_IN_PLACE this holds only if the file does not change meanwhile.) */
+ * multiple of the file's size. (With NIF_LOAD_IN_PLACE this holds only if the file does not change.) */
 NIF_API NifError nifLoadAssetFile(NifDevice device, const char* path, NifLoadMode mode, NifAsset* asset);
 
 /* Loads a .nif file from memory: `bytes` holds the whole file, `size` bytes. Safe on untrusted bytes. With
@@ -239,20 +239,20 @@ NIF_API NifError nifLoadAssetFile(NifDevice device, const char* path, NifLoadMod
 NIF_API NifError nifLoadAssetMemory(NifDevice device, const void* bytes, uint64_t size, NifLoadMode mode,
                                     NifAsset* asset);
 
-/* Where a .nif file's bytes come from, e.g. an archive of the caller's. */
+/* A source of a .nif file's bytes, e.g. the caller's archive. */
 typedef struct NifReader {
   uint64_t struct_size;
   void* user;       /* passed to read */
   const char* name; /* what messages call the file; null: "reader" */
   uint64_t size;    /* of the whole file, in bytes */
-  /* Writes the file's bytes offset .. offset + size - 1 to `to`. Returns 1, or 0 if it cannot. Called on the
-   * calling thread, with offsets that ascend without gaps. It must not throw, and must not call nifkit. */
+  /* Writes the file's bytes offset .. offset + size - 1 to `to`. Returns 1, or 0 on failure. Called on the
+   * calling thread, with offsets that ascend without gaps. It must not throw or call nifkit. */
   uint32_t (*read)(void* user, uint64_t offset, void* to, uint64_t size);
 } NifReader;
 
-/* Loads a .nif file through a function of the caller's, which is not called again after this returns. The
- * file's own length is compared with `size` before memory is taken. Safe on untrusted bytes. If a read fails:
- * NIF_ERROR_FILE_UNREADABLE. */
+/* Loads a .nif file through the caller's read function, which is not called again after this returns. The
+ * length in the file's header is compared with `size` before memory is allocated. Safe on untrusted bytes. A
+ * failed read gives NIF_ERROR_FILE_UNREADABLE. */
 NIF_API NifError nifLoadAssetReader(NifDevice device, const NifReader* reader, NifAsset* asset);
 NIF_API void nifRetainAsset(NifAsset asset);
 NIF_API void nifReleaseAsset(NifAsset asset);
@@ -264,8 +264,8 @@ typedef struct NifAssetInfo {
   uint32_t network_count;  /* objects may share networks */
   uint32_t format_version;
   uint64_t file_bytes;
-  /* All memory that the library keeps for this asset: what is decoded or built at load, and the file's bytes
-   * (borrowed and mapped bytes too), unless tables built at load replace them. */
+  /* All memory that the library keeps for this asset: data decoded or built at load, and the file's bytes
+   * (borrowed and mapped bytes too) unless tables built at load replace them. */
   uint64_t resident_bytes;
   const char* metadata; /* JSON, UTF-8, [metadata_bytes], not 0-terminated; null if there is none */
   uint64_t metadata_bytes;
@@ -281,21 +281,21 @@ typedef struct NifPartInfo {
   uint64_t struct_size;
   const char* name; /* e.g. "planes"; docs/runtime.md lists all */
   uint64_t file_bytes;
-  uint64_t resident_bytes; /* may be more, if it is coded in the file, or built at load; or less, if tables
-                              built at load replace it */
+  uint64_t resident_bytes; /* more than file_bytes if the part is coded in the file or built at load; less if
+                              tables built at load replace it */
 } NifPartInfo;
 
-/* Lists what an asset consists of: part = 0, 1, ... until NIF_ERROR_INVALID_ARGUMENT. The bytes of all parts
- * add up to those of NifAssetInfo. Allocates nothing. */
+/* Lists the parts of an asset: part = 0, 1, ... until NIF_ERROR_INVALID_ARGUMENT. The bytes of all parts add
+ * up to those of NifAssetInfo. Allocates nothing. */
 NIF_API NifError nifGetPartInfo(NifAsset asset, uint32_t part, NifPartInfo* info);
 
 /* How an object stores what blocks rays. The numbers are those of the file format. */
 typedef enum NifEncoding {
-  NIF_ENCODING_SEGMENT = 1,   /* voxels, and a small network where they do not decide; compact, may err */
+  NIF_ENCODING_SEGMENT = 1,   /* voxels, and a small network for what they leave open; compact, may err */
   NIF_ENCODING_SPHERICAL = 2, /* the published Neural Intersection Function, for comparison; may err */
-  NIF_ENCODING_BVH = 3,       /* the triangles in a compressed hierarchy; exact */
-  NIF_ENCODING_EXACT = 4,     /* planes that prove most answers, and the triangles for the others; exact */
-  NIF_ENCODING_PROOF = 5,     /* the planes alone: what they do not prove stays open, for a BVH of yours */
+  NIF_ENCODING_BVH = 3,       /* the triangles in a compressed BVH; exact */
+  NIF_ENCODING_EXACT = 4,     /* planes that prove most answers, and the triangles for the rest; exact */
+  NIF_ENCODING_PROOF = 5,     /* the planes alone: rays that they do not prove are left to your own BVH */
   NIF_ENCODING_IS_32_BITS = 0x7fffffff
 } NifEncoding;
 
@@ -308,17 +308,16 @@ typedef struct NifObjectInfo {
   float bounds_max[3];
   float bias;         /* start shadow rays this far from the surface, in object units */
   uint32_t triangles; /* of the source mesh */
-  /* This object's own data: voxels, features, grids, BVH, numbers of triangles, colours, tables built at
-   * load. */
+  /* This object's own data: voxels, features, grids, BVH, triangle numbers, colours, tables built at load. */
   uint64_t resident_bytes;
   /* 0: an object of NIF_ENCODING_PROOF without planes, because the baker found that they would save too
-   * little. It only knows which rays miss it: ask your own BVH alone. 1: all others. */
+   * little. It proves only that rays miss it: query your own BVH alone. 1: all other objects. */
   uint32_t proves;
-  /* 0: NifHits.triangle is the object's own number of a triangle, which says nothing about the source mesh.
-   * Else (nif bake --source-triangles) the number of triangles of the source mesh, and NifHits.triangle is
-   * one of them, from 0 on. */
+  /* The number of triangles in the source mesh, if the object was baked with --source-triangles: then
+   * NifHits.triangle counts in that mesh, from 0. 0: NifHits.triangle is the object's own number of a
+   * triangle, which says nothing about the source mesh. */
   uint32_t source_triangles;
-  uint32_t colors; /* 1: hits have the colours of its surface (nif bake --colors); 0: it has none */
+  uint32_t colors; /* 1: hits have the surface's colours (nif bake --colors); 0: the object has none */
   uint32_t reserved;
 } NifObjectInfo;
 
@@ -330,7 +329,7 @@ typedef struct NifAssetInstanceInfo {
   const char* name; /* UTF-8, 0-terminated, may be "" */
   uint32_t object;  /* 0 .. object_count - 1 */
   uint32_t reserved;
-  float transform[12]; /* object to asset space, laid out as in nifAddInstance; rounded to floats, while
+  float transform[12]; /* object to asset space, laid out as in nifAddInstance; rounded to floats, although
                           nifAddAsset places instances far from the origin in double (docs/meshes.md) */
 } NifAssetInstanceInfo;
 
@@ -350,40 +349,40 @@ NIF_API void nifReleaseScene(NifScene scene);
  * world_x = t[0] x + t[1] y + t[2] z + t[3] and so on. It may scale non-uniformly and mirror. Null: identity.
  * A value that is not finite gives NIF_ERROR_INVALID_ARGUMENT; a matrix without an inverse in single
  * precision gives NIF_ERROR_SINGULAR_TRANSFORM. The asset must belong to the scene's device. `instance` (may
- * be null) receives the instance's number, for later changes: the lowest number that is free. The instance
- * has the mask 0xffffffff, no flags, the user value 0 and the origin 0 0 0. */
+ * be null) receives the instance's number, for later changes: the lowest free one. The instance has the mask
+ * 0xffffffff, no flags, the user value 0 and the origin 0 0 0. */
 NIF_API NifError nifAddInstance(NifScene scene, NifAsset asset, uint32_t object, const float* transform,
                                 uint32_t* instance);
 
 /* Adds a whole asset: all instances in its file; each object once if the file has no instances; nothing if
  * the file states that it places nothing (NifAssetInfo::places_nothing). `transform` (as in nifAddInstance)
  * is applied after each instance's own transform. `first` receives the number of the first new instance, and
- * `count` how many there are; they are numbered in a row, the lowest that is free. Both may be null. */
+ * `count` how many were added. Their numbers are consecutive: the lowest free range. Both may be null. */
 NIF_API NifError nifAddAsset(NifScene scene, NifAsset asset, const float* transform, uint32_t* first,
                              uint32_t* count);
 
-/* Removes one instance. Its number is free for the next nifAddInstance; the others keep theirs. The scene
- * keeps the asset until the next commit, and longer if other instances use it. */
+/* Removes one instance. Its number becomes free for the next nifAddInstance; the others keep theirs. The
+ * scene keeps the asset until the next commit, and longer if other instances use it. */
 NIF_API NifError nifRemoveInstance(NifScene scene, uint32_t instance);
 
 /* Replaces the transform of one instance. `transform` as in nifAddInstance. Allocates nothing. */
 NIF_API NifError nifSetInstanceTransform(NifScene scene, uint32_t instance, const float* transform);
 
-/* Replaces the transforms of many instances: that of instances[k] by the 12 floats at
- * (const char*)transforms + k * stride, for each k below count. `instances` null: 0 .. count - 1. All or
- * nothing. Allocates nothing. */
+/* Replaces the transforms of many instances: for each k below count, instance instances[k] gets the 12 floats
+ * at (const char*)transforms + k * stride. `instances` null: 0 .. count - 1. On failure no transform changes.
+ * Allocates nothing. */
 NIF_API NifError nifSetInstanceTransforms(NifScene scene, uint64_t count, const uint32_t* instances,
                                           const float* transforms, uint64_t stride);
 
 /* Sets an instance's origin: [3], finite, added to its transform's translation in double precision. Null:
- * 0 0 0. For worlds in which floats are too coarse for places: give a place here, and leave the transform
- * small. See nifSetSceneOrigin. Allocates nothing. */
+ * 0 0 0. For worlds in which floats are too coarse for positions: put the position here, and keep the
+ * transform's translation small. See nifSetSceneOrigin. Allocates nothing. */
 NIF_API NifError nifSetInstanceOrigin(NifScene scene, uint32_t instance, const double* origin);
 
 /* Sets the scene's origin: [3], finite; null: 0 0 0. Rays, hits and bounds are relative to it: an instance's
- * place is its translation plus its origin minus the scene's, computed in double precision and rounded to 48
- * bits. Move it with the camera, and rays stay as exact near the camera as they are near 0, in a world of any
- * size. Takes effect at the next commit, which then computes the transforms of all instances anew. */
+ * position is its translation plus its origin minus the scene's, computed in double precision and rounded to
+ * 48 bits. Move it with the camera, and rays are as precise near the camera as they are near 0, in a world of
+ * any size. Takes effect at the next commit, which then recomputes the transforms of all instances. */
 NIF_API NifError nifSetSceneOrigin(NifScene scene, const double* origin);
 
 /* Sets an instance's mask. A ray meets the instance only if they have a bit in common (NifRays.mask). */
@@ -394,10 +393,10 @@ typedef enum NifInstanceFlags {
   NIF_INSTANCE_FLAGS_ARE_32_BITS = 0x7fffffff
 } NifInstanceFlags;
 
-/* Sets an instance's flags: the sum of some NifInstanceFlags. Others give NIF_ERROR_NOT_AVAILABLE. */
+/* Sets an instance's flags: a sum of NifInstanceFlags. Other bits give NIF_ERROR_NOT_AVAILABLE. */
 NIF_API NifError nifSetInstanceFlags(NifScene scene, uint32_t instance, uint32_t flags);
 
-/* Sets a value of the caller's, which hits return (NifHits.user), e.g. an entity's number or address. */
+/* Sets a value for the caller's use, which hits return (NifHits.user), e.g. an entity's number or address. */
 NIF_API NifError nifSetInstanceUser(NifScene scene, uint32_t instance, uint64_t user);
 
 typedef struct NifInstanceInfo {
@@ -407,18 +406,18 @@ typedef struct NifInstanceInfo {
   uint32_t mask;
   uint64_t user;
   double origin[3];
-  float transform[12]; /* as it was set; of what nifAddAsset added, rounded to floats */
-  uint32_t flags;      /* the sum of some NifInstanceFlags */
+  float transform[12]; /* as it was set; if nifAddAsset added the instance, rounded to floats */
+  uint32_t flags;      /* a sum of NifInstanceFlags */
   uint32_t reserved;
 } NifInstanceInfo;
 
-/* Tells what an instance is, as it was last set, committed or not. A number that no instance has gives
+/* Describes an instance as it was last set, committed or not. A number that no instance has gives
  * NIF_ERROR_INVALID_ARGUMENT. Allocates nothing. */
 NIF_API NifError nifGetInstanceInfo(NifScene scene, uint32_t instance, NifInstanceInfo* info);
 
 /* Makes all changes since the last commit visible to queries. If only transforms, origins, masks and user
  * values changed, the hierarchy over the instances is refitted, unless that makes it much worse. Otherwise it
- * is rebuilt, in O(n log n) for n instances: some 5 ms for 10,000. Without changes the call does nothing.
+ * is rebuilt, in O(n log n) for n instances: about 5 ms for 10,000. Without changes the call does nothing.
  *
  * On a GPU it also copies the scene and its new assets to the card, after the scene's own queries there have
  * finished. If that fails (NIF_ERROR_OUT_OF_DEVICE_MEMORY, NIF_ERROR_DEVICE_LOST), the scene is committed for
@@ -427,14 +426,14 @@ NIF_API NifError nifCommitScene(NifScene scene);
 
 typedef struct NifSceneInfo {
   uint64_t struct_size;
-  uint32_t instance_count; /* that the scene has */
+  uint32_t instance_count; /* instances in the scene */
   uint32_t instance_end;   /* all their numbers are below this */
   /* Box around everything that can block a ray, at the last commit, relative to the scene's origin. It is a
    * little larger than the objects' bounds: their grids plus 1/8 voxel. min > max: nothing can block. */
   float bounds_min[3];
   float bounds_max[3];
-  uint64_t resident_bytes; /* of the scene without its assets; after a commit at most 256 for each instance,
-                              and a few for each object */
+  uint64_t resident_bytes; /* of the scene without its assets; after a commit at most 256 per instance, and a
+                              few per object */
   double origin[3];
   uint32_t committed; /* 1: no changes since the last commit; 0: changed, or never committed */
   uint32_t reserved;
@@ -446,15 +445,15 @@ NIF_API NifError nifGetSceneInfo(NifScene scene, NifSceneInfo* info);
 /* ---- Queries ----------------------------------------------------------------------------------------- */
 
 /* For each ray, a query asks: does a triangle contain one of the points origin + t direction with tmin <= t
- * <= tmax? Edges and corners belong to a triangle; one that the ray sees exactly edge-on does not count. The
+ * <= tmax? Edges and corners belong to a triangle; a triangle exactly edge-on to the ray does not count. The
  * direction need not have length 1. tmin and tmax may be infinite: -INFINITY .. INFINITY is the whole line.
  *
  * Invalid rays are reported visible, and certain only if tmin > tmax (no points). A ray is invalid if tmin >
  * tmax, if a number is NaN, if the origin or direction is infinite, or if the direction's largest component
  * (in voxels of an object) is zero or outside 2^-60 .. 2^60; for an object with triangles, also if the origin
- * is more than 2^32 times its largest coordinate away. In a scene of several instances, so is a ray
- * whose direction is that in world space or whose origin has a component of 2^126 or more, and a component of
- * its direction below 2^-126 counts as 0. */
+ * is further away than 2^32 times the object's largest coordinate. In a scene of several instances, a ray is
+ * also invalid if the direction's largest component in world space is zero or outside 2^-60 .. 2^60, or if a
+ * component of the origin is 2^126 or more; a component of the direction below 2^-126 counts as 0. */
 
 /* One ray, for programs without a ray layout of their own. */
 typedef struct NifRay {
@@ -474,12 +473,12 @@ typedef enum NifMemory {
  *
  * Each component has a pointer and a stride in bytes, so every layout fits. The value for ray i is at (const
  * char*)pointer + i * stride. For an array of structures, point at members of the first structure and set the
- * stride to the structure's size. For separate arrays, the stride is sizeof(float). For one value for all
- * rays (a sun's direction, one tmin, one mask), the stride is 0; backwards it is (uint64_t)-4. No alignment
- * needed. */
+ * stride to the structure's size. For separate arrays, the stride is sizeof(float). To use one value for all
+ * rays (a sun's direction, one tmin, one mask), set the stride to 0; to read an array backwards, to
+ * (uint64_t)-4. No alignment is needed. */
 typedef struct NifRays {
   uint64_t struct_size;
-  uint64_t count; /* with 0, nothing is read or written */
+  uint64_t count; /* if 0, nothing is read or written */
 
   const float* origin[3]; /* x, y, z, relative to the scene's origin */
   uint64_t origin_stride; /* strides are in bytes */
@@ -489,19 +488,19 @@ typedef struct NifRays {
   uint64_t tmin_stride;
   const float* tmax; /* null: +infinity for all rays */
   uint64_t tmax_stride;
-  /* A ray of mask m meets the instances whose own mask has a bit in common with m. Null: 0xffffffff for all
-   * rays. For a ray that no instance's mask lets in, the scene is empty. */
+  /* A ray with mask m meets the instances whose own mask has a bit in common with m. Null: 0xffffffff for all
+   * rays. A ray whose mask matches no instance sees an empty scene. */
   const uint32_t* mask;
   uint64_t mask_stride;
 
-  uint32_t memory; /* a NifMemory: where all arrays of the query are, outputs too */
+  uint32_t memory; /* a NifMemory: where all arrays of the query are, outputs included */
   uint32_t flags;  /* must be 0 */
   /* Work memory for the calling thread: at least nifGetQueryScratchBytes bytes, aligned to 64. You may reuse
-   * it after the call. Null: the device's own (see queries=N). Other threads that help always use the
-   * device's. */
+   * it after the call. Null: the device's own memory (see queries=N). Other threads that help always use the
+   * device's memory. */
   void* scratch;
   uint64_t scratch_bytes;
-  void* stream; /* the hipStream_t or cudaStream_t to run in, null: the default stream; CPU: null */
+  void* stream; /* the hipStream_t or cudaStream_t to run in; null: the default stream; CPU: null */
 } NifRays;
 
 /* Where to write the answers: dense arrays. Set at least one; leave the others null. Which ones you set does
@@ -509,7 +508,7 @@ typedef struct NifRays {
 typedef struct NifAnswers {
   uint64_t struct_size;
   /* [count] 1: visible, 0: occluded. A ray is occluded if any instance blocks it. If only this and
-   * visible_bits are set, the search stops at the first instance that does. */
+   * visible_bits are set, the search stops at the first instance that blocks the ray. */
   uint8_t* visible;
   /* [(count + 7) / 8] The same answers as bits: ray i is bit i % 8 (0 is the lowest) of byte i / 8. Unused
    * bits of the last byte are 0. */
@@ -518,23 +517,23 @@ typedef struct NifAnswers {
    * for certain rays. The last bits may differ between machines; the other outputs never differ. */
   float* probability;
   /* [count] 1: the answer is proven, not learned. Occluded is certain if one instance certainly blocks the
-   * ray; visible is certain if all instances certainly do not. Nothing is certain for rays that start too far
-   * from an object, or reach it through a transform too skewed, for a proof in single precision. In a scene
-   * of several instances, an instance whose box the ray misses is certainly not blocking, at any distance.
-   * Where an instance has a transform that is not the identity, what its `bvh` or `exact` object says is true
-   * of a ray moved by less than 2^-14 of the largest coordinate of the object's box. */
+   * ray; visible is certain if every instance certainly does not. Nothing is certain for a ray that starts
+   * too far from an object, or whose transform is too skewed, for a proof in single precision. In a scene of
+   * several instances, an instance whose box the ray misses certainly does not block it, at any distance.
+   * If an instance's transform is not the identity, the answer of its `bvh` or `exact` object holds for a ray
+   * moved by less than 2^-14 of the largest coordinate of the object's box. */
   uint8_t* certain;
   /* [count] The smallest network output of all instances: below 0 means occluded. NIF_LOGIT_CERTAIN if every
-   * instance was decided without its network, -NIF_LOGIT_CERTAIN if one was decided to block. Networks of
-   * different objects may have different scales. An asset may be baked to lean to one side (nif bake --lean):
-   * then its outputs are less by a threshold, and its probabilities are not. */
+   * instance was decided without its network, -NIF_LOGIT_CERTAIN if one of them was decided to block the ray.
+   * Networks of different objects may have different scales. If an asset was baked with a decision threshold
+   * (nif bake --lean), it is subtracted from the asset's outputs here, but not from its probabilities. */
   int32_t* logit;
 } NifAnswers;
 
 #define NIF_LOGIT_CERTAIN 0x7fffffff
 
-/* Returns the scratch bytes that a query of `count` rays needs. On the CPU this is less than a megabyte, and
- * the same for every count except 0. A GPU does not use scratch. Allocates nothing. */
+/* Returns how many bytes of scratch a query of `count` rays needs. On the CPU this is less than a megabyte,
+ * and the same for every count except 0. A GPU does not use scratch. Allocates nothing. */
 NIF_API NifError nifGetQueryScratchBytes(NifScene scene, uint64_t count, uint64_t* bytes);
 
 /* Answers a batch of rays, and returns when the answers are written. Any number of threads may query one
@@ -542,13 +541,13 @@ NIF_API NifError nifGetQueryScratchBytes(NifScene scene, uint64_t count, uint64_
  * untrusted: any bits are safe. Pointers and strides are trusted. A scene that is not committed gives
  * NIF_ERROR_INVALID_OPERATION; device memory or a stream on a CPU device gives NIF_ERROR_NOT_AVAILABLE.
  *
- * On a GPU, a query of device memory (NIF_MEMORY_DEVICE) is put into the stream, and the call returns at
- * once: do not change the arrays or the scene until the stream has passed it. A query of host memory is
- * copied to the card and back, and returns when the answers are there; it may allocate. Arrays of the wrong
- * kind of memory give NIF_ERROR_WRONG_POINTER. If the card is lost, the CPU answers queries of host memory. It
- * also answers those that have masks; with a stream they give NIF_ERROR_NOT_AVAILABLE, and their pointers are
- * trusted.
- * docs/runtime.md has the rules for pointers, streams and lost cards. */
+ * On a GPU, a query in device memory (NIF_MEMORY_DEVICE) is put into the stream, and the call returns at
+ * once: do not change the arrays or the scene until the stream has executed it. A query in host memory copies
+ * the rays to the GPU and the answers back, and returns when they are written; it may allocate. Arrays in the
+ * wrong kind of memory give NIF_ERROR_WRONG_POINTER. If the GPU is lost, the CPU answers queries in host
+ * memory. It also answers those in host memory that have masks; with a stream these give
+ * NIF_ERROR_NOT_AVAILABLE, and their pointers are trusted. docs/runtime.md has the rules for pointers, streams
+ * and lost GPUs. */
 NIF_API NifError nifQuery(NifScene scene, const NifRays* rays, const NifAnswers* answers);
 
 /* Describes an array of NifRay: my_rays[count] (null if count is 0), in host memory. */
@@ -569,7 +568,7 @@ static inline NifRays nifMakeRays(const NifRay* my_rays, uint64_t count) {
   return rays;
 }
 
-/* Asks for one ray, with the mask 0xffffffff: `answers` has arrays of one element. The CPU answers it, also
+/* Answers one ray, with the mask 0xffffffff: `answers` has arrays of one element. The CPU answers it, even
  * with a GPU backend. Otherwise like nifQuery. */
 NIF_API NifError nifQueryRay(NifScene scene, const NifRay* ray, const NifAnswers* answers);
 
@@ -577,51 +576,50 @@ NIF_API NifError nifQueryRay(NifScene scene, const NifRay* ray, const NifAnswers
 
 /* Answers rays exactly, e.g. with a triangle BVH. For each k below count, it sets visible[k] to 1 or 0 for
  * ray number rays[k] of the query. On entry, visible[k] is the learned answer. count is 1 to 1024, and the
- * ray numbers ascend. It is called on every thread that works on the query, also at the same time, in the
- * default floating-point environment. It must not throw, and must not query on the same device. The stack
- * that it uses comes on top of what nifQuery uses. */
+ * ray numbers ascend. It is called on every thread that works on the query, possibly at the same time, in the
+ * default floating-point environment. It must not throw, and must not query on the same device. Its stack
+ * comes on top of nifQuery's. */
 typedef void (*NifFallback)(void* user, uint64_t count, const uint64_t* rays, uint8_t* visible);
 
 /* Like nifQuery, but passes uncertain rays to the fallback, in batches: rays that are not certain and whose
  * probability p has max(p, 1 - p) < confidence. Its answers replace the learned ones in all outputs and count
  * as certain: probability 0 or 1, certain 1, logit -NIF_LOGIT_CERTAIN or NIF_LOGIT_CERTAIN. A confidence of
  * 0.5 or less passes no rays, one above 1 passes every ray that is not certain; a negative one or NaN gives
- * NIF_ERROR_INVALID_ARGUMENT. `user` is passed on. Allocates nothing. The CPU answers it; device memory or a
- * stream gives NIF_ERROR_NOT_AVAILABLE. */
+ * NIF_ERROR_INVALID_ARGUMENT. `user` is passed to the fallback. Allocates nothing. The CPU answers it; device
+ * memory or a stream gives NIF_ERROR_NOT_AVAILABLE. */
 NIF_API NifError nifQueryWithFallback(NifScene scene, const NifRays* rays, const NifAnswers* answers,
                                       float confidence, NifFallback fallback, void* user);
 
 /* ---- Rays that proofs leave open ---------------------------------------------------------------------- */
 
-/* Lists of the rays that a query leaves open, for a BVH of the caller's: entry k is about ray number rays[k]
- * of the query. What blocks that ray, if anything does, meets its part from tmin[k] to tmax[k], which lies
- * within the query's own tmin .. tmax and is not NaN. */
+/* Lists of the rays that a query leaves open, for the caller's BVH: entry k is about ray number rays[k] of
+ * the query. If anything blocks that ray, it does so between tmin[k] and tmax[k]. This interval lies within
+ * the query's own tmin .. tmax, and is not NaN. */
 typedef struct NifOpenRays {
   uint64_t struct_size;
-  uint64_t capacity; /* entries that each list has room for; may be 0 */
+  uint64_t capacity; /* entries that fit in each list; may be 0 */
   uint32_t* rays;    /* [capacity] */
   float* tmin;       /* [capacity], in the query's t, or null */
   float* tmax;       /* [capacity], likewise */
   uint32_t* count;   /* receives how many rays are open, which may be more than capacity; aligned to 4 */
-  /* [capacity] or null. The instance, if only one of them leaves the ray open: ask about it alone. NIF_NONE
+  /* [capacity] or null. The instance, if only one leaves the ray open: then only it needs testing. NIF_NONE
    * if several do. */
   uint32_t* instance;
 } NifOpenRays;
 
-/* Answers what is proven, asks no network of `segment` objects, and lists the other rays. For objects of
- * the encoding `proof` this is the query that they are made for; of any others the lists have the rays that
+/* Answers the rays that have a proof and lists the others, without evaluating the networks of `segment`
+ * objects. Objects of the encoding `proof` are made for this query; for others, the lists have the rays that
  * nifQuery would not call certain. For listed rays the outputs are visible 0, certain 0, probability 0.5 and
- * logit -1. Rays that are invalid are answered as by nifQuery, and not listed.
+ * logit -1. Invalid rays are answered as by nifQuery, and not listed.
  *
- * Which rays are listed, and with which tmin and tmax, depends on neither threads nor instruction set, nor on
- * whether a GPU lists them; their order does. If the lists are too small, they are filled, and the rest is
- * only counted. Outputs may all be null, and so may `answers`. At most 2^32 - 1 rays. Otherwise like nifQuery.
- * Allocates nothing.
+ * Which rays are listed, with which tmin and tmax, does not depend on threads, instruction set or GPU; their
+ * order does. If the lists are too small, they are filled, and the remaining rays are only counted. All
+ * outputs may be null, and so may `answers`. At most 2^32 - 1 rays. Otherwise like nifQuery. Allocates
+ * nothing.
  *
- * The CPU answers queries of host memory, also on a GPU device; with a stream they give
- * NIF_ERROR_NOT_AVAILABLE. Of device memory, all arrays of `open` are device memory, too, and the call
- * returns at once: the stream sets the count to 0, then lists the rays, ready for what is put into it next.
- */
+ * The CPU answers queries in host memory, even on a GPU device; a stream then gives NIF_ERROR_NOT_AVAILABLE.
+ * For rays in device memory, all arrays of `open` are in device memory too, and the call returns at once: the
+ * stream sets the count to 0, then lists the rays, ready for the stream's next work. */
 NIF_API NifError nifQueryOpen(NifScene scene, const NifRays* rays, const NifAnswers* answers,
                               const NifOpenRays* open);
 
@@ -629,60 +627,59 @@ NIF_API NifError nifQueryOpen(NifScene scene, const NifRays* rays, const NifAnsw
 
 /* Where rays first meet the scene: dense arrays, as in NifAnswers. Set at least one; leave the others null.
  *
- * A ray meets something exactly where nifQuery says occluded. Objects with triangles (`bvh`, `exact`) give
- * the exact first hit. `segment` and `proof` objects give the middle between two planes around the surface,
- * some hundredths to tenths of a voxel off. A `spherical` object only knows that it is met: t is where the
+ * A ray has a hit exactly if nifQuery says occluded. Objects with triangles (`bvh`, `exact`) give the exact
+ * first hit. `segment` and `proof` objects give the middle between two planes around the surface, which is
+ * off by some hundredths to tenths of a voxel. A `spherical` object only knows that it is hit: t is where the
  * ray enters its box. */
 typedef struct NifHits {
   uint64_t struct_size;
-  uint8_t* hit; /* [count] 1: the ray meets something; 0: it does not, or is invalid */
-  /* [count] Where, in units of the ray's direction. Finite, and from tmin to tmax (of a triangle: computed in
+  uint8_t* hit; /* [count] 1: the ray hits something; 0: it does not, or is invalid */
+  /* [count] Where, in units of the ray's direction. Finite, and from tmin to tmax (on a triangle: computed in
    * double precision and rounded once). INFINITY if hit is 0. */
   float* t;
-  /* [count][3] The geometric normal there, in world space: of unit length, on the side that the ray comes
-   * from. Where an object knows none, against the ray. 0 if hit is 0. */
+  /* [count][3] The geometric normal at the hit, in world space: of unit length, on the side that the ray
+   * comes from. If the object does not know it, the opposite of the ray's direction. 0 if hit is 0. */
   float* normal;
-  /* [count] The scene's number of the instance that is met; of several at the same t the lowest. NIF_NONE if
-   * hit is 0. */
+  /* [count] The scene's number of the instance hit; of several at the same t, the lowest. NIF_NONE if hit is
+   * 0. */
   uint32_t* instance;
   uint32_t* object; /* [count] that instance's object, as numbered in its asset; NIF_NONE if hit is 0 */
-  /* [count] The triangle that is met. If the object has source triangles (NifObjectInfo.source_triangles),
-   * its number in the source mesh, as docs/meshes.md counts; else its place among the triangles that the
-   * object stores: in another order than the source mesh's, and without those that the bake dropped. Of
-   * several at the same t, the one that comes first in the object. NIF_NONE if hit is 0, and of objects
-   * without triangles. */
+  /* [count] The triangle hit. If the object has source triangles (NifObjectInfo.source_triangles), its number
+   * in the source mesh, as docs/meshes.md counts; otherwise its index among the triangles that the object
+   * stores, which are in another order than in the source mesh and lack those that the bake dropped. Of
+   * several at the same t, the first one in the object. NIF_NONE if hit is 0, or if the object has no
+   * triangles. */
   uint32_t* triangle;
-  /* [count] The hit is 1 - u - v of the triangle's first vertex, u of its second, v of its third, in the
-   * order of the source mesh. 0 if there is no triangle. */
+  /* [count] Barycentric coordinates: the hit is 1 - u - v of the triangle's first vertex, u of its second and
+   * v of its third, in the order of the source mesh. 0 if there is no triangle. */
   float* u;
   float* v;
-  /* [count] 1: it is proven that something is met, or that nothing is. As NifAnswers.certain. */
+  /* [count] 1: it is proven whether the ray hits something. As NifAnswers.certain. */
   uint8_t* certain;
-  /* [count] What is proven: nothing is met before t_low, and something at t_high or before. If nothing is
-   * met, for certain, both are INFINITY. Where nothing is proven they are -INFINITY and INFINITY. Both are t
-   * where triangles are met, unless an instance about which nothing is proven may be met before. */
+  /* [count] Proven bounds of the first hit: nothing is hit before t_low, and something is hit at or before
+   * t_high. If it is certain that there is no hit, both are INFINITY; if nothing is proven, they are
+   * -INFINITY and INFINITY. For hits on triangles both equal t, unless an instance about which nothing is
+   * proven may be hit earlier. */
   float* t_low;
   float* t_high;
-  /* [count][3] The base colour of the surface there, linear red, green and blue from 0 to 1: the mean over
-   * the voxel that the hit is in. If the object has no colours (NifObjectInfo.colors), 0.5 0.5 0.5. 0 if hit
-   * is 0. */
+  /* [count][3] The surface's base colour, linear red, green and blue from 0 to 1: the mean over the voxel
+   * that contains the hit. 0.5 0.5 0.5 if the object has no colours (NifObjectInfo.colors). 0 if hit is 0. */
   float* color;
   uint64_t* user; /* [count] the user value of the instance (nifSetInstanceUser); 0 if hit is 0 */
 } NifHits;
 
 #define NIF_NONE 0xffffffffu
 
-/* Finds the first hit of each ray. The answers depend on
- * neither threads nor instruction set, nor on whether a GPU finds them. Otherwise like nifQuery; scratch as
- * nifGetQueryScratchBytes says.
+/* Finds the first hit of each ray. The answers do not depend on threads, instruction set or GPU. Otherwise
+ * like nifQuery, including the scratch that it needs (nifGetQueryScratchBytes).
  *
- * The CPU finds first hits of host memory, also on a GPU device; with a stream they give
- * NIF_ERROR_NOT_AVAILABLE. Of device memory, all arrays of `hits` are device memory, too, of any alignment,
- * and the call returns at once: the stream finds them, with networks in single precision. */
+ * The CPU answers queries in host memory, even on a GPU device; a stream then gives NIF_ERROR_NOT_AVAILABLE.
+ * For rays in device memory, all arrays of `hits` are in device memory too, with any alignment, and the call
+ * returns at once: the stream finds the hits, with networks in single precision. */
 NIF_API NifError nifIntersect(NifScene scene, const NifRays* rays, const NifHits* hits);
 
 /* Finds the first hit of one ray, with the mask 0xffffffff: `hits` has arrays of one element. The CPU finds
- * it, also with a GPU backend. Otherwise like nifIntersect. */
+ * it, even with a GPU backend. Otherwise like nifIntersect. */
 NIF_API NifError nifIntersectRay(NifScene scene, const NifRay* ray, const NifHits* hits);
 
 /* ---- Asynchronous queries ---------------------------------------------------------------------------- */
@@ -694,62 +691,62 @@ typedef struct NifJobHandle* NifJob;
  * there is no job. Do not change the arrays or the scene until the job is done. The structures are
  * copied; scratch is not used. The job is allocated with the device's allocator.
  *
- * Who answers it: the caller's task runner, if the device has one; otherwise the device's own threads
- * (threads - 1 of them); with threads=1 the calling thread, before this returns. On a GPU, a query of device
- * memory runs in its stream, and one of host memory is answered before this returns. */
+ * The caller's task runner answers it, if the device has one; otherwise the device's own threads (threads - 1
+ * of them); with threads=1 the calling thread, before this returns. On a GPU, a query in device memory runs
+ * in its stream, and one in host memory is answered before this returns. */
 NIF_API NifError nifQueryAsync(NifScene scene, const NifRays* rays, const NifAnswers* answers, NifJob* job);
 
-/* The same for first hits: nifIntersect in the background. The structures are copied. On a GPU device too,
- * those of host memory are found by the CPU, as on a CPU device. */
+/* The same for first hits: nifIntersect in the background. The structures are copied. The CPU answers queries
+ * in host memory, even on a GPU device, as it would on a CPU device. */
 NIF_API NifError nifIntersectAsync(NifScene scene, const NifRays* rays, const NifHits* hits, NifJob* job);
 
-/* Waits until the job is done and returns the query's code. The calling thread first helps with the rays that
- * nobody has started on, so this returns even if a task runner never runs its tasks. Thread-safe; allocates
+/* Waits until the job is done and returns the query's code. The calling thread first helps with rays that no
+ * thread has started, so this returns even if a task runner never runs its tasks. Thread-safe; allocates
  * nothing; needs as much stack as nifQuery. */
 NIF_API NifError nifWaitJob(NifJob job);
 
-/* *done receives 1 if the job is done, else 0, without waiting. After a 1, the calling thread sees all that
- * the job wrote. Thread-safe; allocates nothing. */
+/* Sets *done to 1 if the job is done, else to 0, without waiting. After a 1, the calling thread sees
+ * everything that the job wrote. Thread-safe; allocates nothing. */
 NIF_API NifError nifIsJobDone(NifJob job, uint32_t* done);
 
-/* Stops a job early: rays that nobody has started on are left as they are. The job is done when the threads
- * that work on it have finished theirs, at most 1,024 rays each. Then nifWaitJob returns NIF_ERROR_CANCELLED,
- * unless all rays were answered before. Returns at once. A job on a GPU is not stopped. Thread-safe;
- * allocates nothing. */
+/* Stops a job early: rays that no thread has started are not answered. The job is done when the threads that
+ * work on it have finished their current rays, at most 1,024 each. Then nifWaitJob returns
+ * NIF_ERROR_CANCELLED, unless all rays were already answered. Returns at once. A job on a GPU is not stopped.
+ * Thread-safe; allocates nothing. */
 NIF_API NifError nifCancelJob(NifJob job);
 
-/* A job keeps its scene alive until it is done, and its device until the caller's runner has run all tasks.
- * Releasing a job does not wait for it and does not stop it. */
+/* A job keeps its scene alive until it is done, and its device until the caller's task runner has run all
+ * tasks. Releasing a job neither waits for it nor stops it. */
 NIF_API void nifRetainJob(NifJob job);
 NIF_API void nifReleaseJob(NifJob job);
 
 /* ---- Experimental: may change or go away. --------------------------------------------------------------
  * Define NIF_EXPERIMENTAL to see it. The shared library has it only if it was built with the CMake option
- * NIF_EXPERIMENTAL; the static one always has. */
+ * NIF_EXPERIMENTAL; the static library always has it. */
 
 #ifdef NIF_EXPERIMENTAL
 typedef enum NifMeasure {
-  NIF_MEASURE_QUERY = 0,      /* the way the device answers it */
+  NIF_MEASURE_QUERY = 0,      /* as the device answers it */
   NIF_MEASURE_ONE_KERNEL = 1, /* one kernel, as with pipeline=off */
   NIF_MEASURE_PIPELINE = 2,   /* the pipeline, as with pipeline=on; one kernel if there is no network */
   NIF_MEASURE_STAGES = 3,     /* each stage of the pipeline */
-  /* For scenes of `bvh` objects and `visible` only: triangles tested in single precision, to see what the
+  /* For scenes of `bvh` objects and `visible` only: tests triangles in single precision, to see what the
    * proofs in double precision cost. The answers are not those of a query. */
   NIF_MEASURE_SINGLE_BVH = 4,
   NIF_MEASURE_IS_32_BITS = 0x7fffffff
 } NifMeasure;
 
-/* The stages of NIF_MEASURE_STAGES, in order: the walk through the top level and the voxels ("ray cast");
- * sorting the items; inputs, then networks, of `segment` objects and of outer `spherical` items; inputs, then
- * networks, of inner `spherical` items; the rest, which single threads do alone. Inputs are timed by a launch
- * without networks; the time of the networks is how much longer a full launch takes. */
+/* The stages of NIF_MEASURE_STAGES, in order: traversal of the top level and the voxels ("ray cast"); sorting
+ * the items; inputs, then networks, of `segment` objects and of outer `spherical` items; inputs, then
+ * networks, of inner `spherical` items; the remaining work, which single threads do. Inputs are timed by a
+ * launch without networks; the networks' time is how much longer a full launch takes. */
 #define NIF_MEASURED_STAGES 7
 
 /* Measures how long the GPU takes for a query, without copies. It copies the rays to the GPU, answers them
  * there once and then `rounds` times more, each timed by the GPU's clock, and copies the answers to
- * `answers`. `seconds` receives [rounds] values, or [rounds][NIF_MEASURED_STAGES] with
- * NIF_MEASURE_STAGES. The query must be of host memory, without a stream. It uses GPU memory for all rays,
- * and frees it before it returns. NIF_ERROR_NOT_AVAILABLE on the CPU. */
+ * `answers`. `seconds` receives [rounds] values, or [rounds][NIF_MEASURED_STAGES] with NIF_MEASURE_STAGES.
+ * The query must be in host memory, without a stream. It uses GPU memory for all rays, and frees it before it
+ * returns. NIF_ERROR_NOT_AVAILABLE on the CPU. */
 NIF_API NifError nifMeasureQuery(NifScene scene, const NifRays* rays, const NifAnswers* answers,
                                  NifMeasure measure, uint32_t rounds, double* seconds);
 #endif
