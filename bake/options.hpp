@@ -33,7 +33,7 @@ bool has_grids(std::string_view encoding);
 /// None for kAutomatic.
 std::optional<AnswerKind> kind_of(std::string_view encoding);
 
-/// With what each encoding has for itself, see bake/encodings.
+/// Includes the options of each encoding, see its file in bake/encodings.
 struct BakeOptions : EncodingOptions {
   std::string encoding{kAutomatic};
   Preset preset = Preset::balanced;  ///< no effect on `bvh`, which has no grid

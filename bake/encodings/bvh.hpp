@@ -35,8 +35,8 @@ inline void add_report(const BvhBaking::Report&, nlohmann::ordered_json&) {}
 inline void add_metadata(const BvhBaking::Report&, const ObjectReport&, const format::Object&,
                          nlohmann::ordered_json&) {}
 
-/// Gives an object the triangles of a prepared mesh, and their numbers in the source mesh if these are
-/// wanted. Returns what they take of a file.
+/// Gives an object the triangles of a prepared mesh and, if requested, their numbers in the source mesh.
+/// Returns their size in a file.
 uint64_t lay_out_triangles(const Prepared& prepared, const BakeOptions& options, format::Object& object);
 
 /// Work of the fast kernels for rays, by which encodings are compared.

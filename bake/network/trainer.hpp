@@ -45,12 +45,11 @@ struct TrainingResult {
       error{};  ///< share of wrong answers among each set's latest ambiguous rays
 };
 
-/// Trains an object with planes and a network (with store_occupancy() done, and samples, length_scale set)
-/// and leaves its features in it. `progress` is called from the calling thread, several times a second.
-/// Training fails where the loss stays non-finite, or all answers alike, after several recoveries, and where
-/// there are too few rays to learn from. Throws Error(interrupted) once `cancel` is set. The result does not
-/// depend on the number of threads. With a `log`, its state is kept there now and then, and it goes on from
-/// what is kept.
+/// Trains an object with planes and a network (after store_occupancy(), with samples and length_scale set)
+/// and stores the features in it. Calls `progress` from the calling thread, several times a second. Training
+/// fails if the loss stays non-finite, or all answers alike, after several recoveries, and if there are too
+/// few rays to learn from. Throws Error(interrupted) once `cancel` is set. The result does not depend on the
+/// number of threads. With a `log`, it stores its state from time to time, and resumes from what is stored.
 TrainingResult train(const RaySource& source, format::Object& object, const TrainingOptions& options,
                      const std::function<void(const TrainingProgress&)>& progress,
                      const std::atomic<bool>& cancel, TrainingLog* log = nullptr);

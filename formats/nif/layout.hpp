@@ -76,8 +76,8 @@ struct Name {
 inline constexpr uint32_t kNoPart = 0xffffffff;
 
 struct ObjectRecord {  // 64 bytes
-  /// Its parts, each an index into the records of that part: the number of earlier objects with such a part;
-  /// or kNoPart.
+  /// Its parts. Each is an index into the records of that part, which is the number of earlier objects with
+  /// such a part; or kNoPart.
   uint32_t planes, triangles, network, spherical;
   Name name;
   float aabb_min[3], aabb_max[3];

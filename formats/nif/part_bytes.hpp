@@ -11,8 +11,8 @@
 
 namespace nif::format {
 
-/// How many bytes of a file some payload of a part takes, and of memory beside it where it is coded; names
-/// are those of the tools' JSON.
+/// Bytes of a payload of a part in the file, and in memory beside it if it is coded. Names are those of the
+/// tools' JSON.
 struct PartBytes {
   const char* name;
   uint64_t bytes;

@@ -1,4 +1,4 @@
-// The parts that objects in a .nif file have: this list, and what is built from it. docs/adding-a-part.md
+// The list of parts that objects in a .nif file may have, and what is built from it. docs/adding-a-part.md
 // shows how to add one.
 //
 // Each structure in the list is in formats/nif/<part>/part.hpp and has

@@ -133,8 +133,8 @@ class Reader {
     });
   }
 
-  /// This build reads the parts that each object has together, and the file has the sections of those parts
-  /// and of no others.
+  /// This build must read the combination of parts of each object, and the file must have exactly the
+  /// sections of its parts.
   void check_parts(const Records<ObjectRecord>& records) {
     for (uint32_t i = 0; i < records.count(); ++i) {
       const ObjectRecord record = records[i];

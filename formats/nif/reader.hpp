@@ -40,8 +40,8 @@ struct ObjectView {
   const SphericalView* spherical = nullptr;
 
   Bounds bounds() const { return {aabb_min, aabb_max}; }
-  /// Ready to be queried. It must be of this encoding: as<kernels::SegmentField>(), as<kernels::ExactField>()
-  /// ...
+  /// Ready to be queried. The object must have this encoding: as<kernels::SegmentField>(),
+  /// as<kernels::ExactField>() ...
   template <class Field>
   Field as() const;
   template <class Field>

@@ -1,5 +1,5 @@
-// The encodings of objects: which parts there may be together, what users call them, and each question that
-// is asked of all of them. A new one adds a file to kernels/reference/encodings, and lines to the lists here
+// The list of encodings: which parts may be combined, what users call each combination, and the functions
+// that dispatch on it. To add one, add a file to kernels/reference/encodings and lines to the lists here
 // (docs/adding-a-part.md).
 #pragma once
 
@@ -23,7 +23,7 @@ namespace nif::kernels {
 /// One object, ready to be queried. Owns nothing: its fields are plain pointers into a loaded asset.
 using AnyField = std::variant<SegmentField, SphericalField, TrianglesField, ExactField, PlanesField>;
 
-/// What users call an encoding; the number is that of NifEncoding.
+/// The user's name of an encoding; the number is that of NifEncoding.
 struct EncodingName {
   uint32_t number;
   const char* name;

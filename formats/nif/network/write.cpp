@@ -1,5 +1,5 @@
-// Writes features, and the networks (MLPs) that objects share. Corners take nothing where they are those
-// around surface voxels; a reader finds them again.
+// Writes features, and the networks (MLPs) that objects share. Corners take no bytes if they are those around
+// surface voxels, because a reader finds them again.
 #include <algorithm>
 #include <bit>
 
@@ -119,8 +119,8 @@ Coded encode_features(const NetworkData& data) {
   return if_smaller(encoder.finish(), same.size());
 }
 
-/// What `data.coded` names, as long as the reader takes it and it becomes smaller. All else a file has
-/// uncoded, so that data which a reader refuses is still refused.
+/// Codes what `data.coded` names if the reader accepts it and it becomes smaller. A file stores everything
+/// else uncoded, so that data which a reader refuses is still refused.
 struct CodedNetwork {
   uint32_t forms = 0;  ///< NetworkForm
   Coded features;

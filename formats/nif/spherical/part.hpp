@@ -1,4 +1,4 @@
-// The paper's fields, as files hold them: grids of latent vectors for each object, and pairs of networks,
+// The paper's fields as files store them: grids of latent vectors for each object, and pairs of networks,
 // which objects may share.
 #pragma once
 

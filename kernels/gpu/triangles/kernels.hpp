@@ -1,5 +1,5 @@
-// The exact `bvh` objects on GPUs. Boxes and triangles are tested by kernels/reference/triangles/query.hpp;
-// only the order in which nodes come is of this file, and it changes no answer.
+// The exact `bvh` objects on GPUs. kernels/reference/triangles/query.hpp tests boxes and triangles; this file
+// only chooses the order of nodes, which changes no answer.
 #pragma once
 
 #include "kernels/gpu/object.hpp"

@@ -1,9 +1,8 @@
-// The `exact` encoding: planes that prove most answers, and triangles for the others
-// (docs/encodings/exact.md).
+// The `exact` encoding: planes prove most answers, and triangles decide the rest (docs/encodings/exact.md).
 //
-// Its answers and first hits are those of the triangles alone, bit by bit: planes prove what triangles would
-// say, and the part of a ray that they leave open has all triangles that it can meet. So a scene needs to
-// know of an object what it needs to know of its triangles.
+// Answers and first hits are bit for bit those of the triangles alone: planes only prove what the triangles
+// would say, and the part of a ray that they leave open contains every triangle that it can meet. So a scene
+// treats such an object like its triangles.
 #pragma once
 
 #include "kernels/reference/encodings/bvh.hpp"

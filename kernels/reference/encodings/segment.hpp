@@ -1,6 +1,5 @@
-// The `segment` encoding: planes that prove most answers, and a network for the others
-// (docs/encodings/segment.md). What a scene needs to know of an object is what it needs to know of its
-// planes.
+// The `segment` encoding: planes prove most answers, and a network decides the rest
+// (docs/encodings/segment.md). A scene treats such an object like its planes.
 #pragma once
 
 #include "kernels/reference/encodings/proof.hpp"
