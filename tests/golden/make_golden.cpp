@@ -9,6 +9,7 @@
 //
 // make_golden --hits SEED FILE.nif...: writes the hits of assets that are there already.
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <limits>
@@ -154,6 +155,19 @@ void write_asset(uint64_t seed, const std::string& name, const format::Asset& as
   write_hits(seed, name, bytes);
 }
 
+/// Where floats are a 16th apart, all instances near one another, at 1024ths.
+void move_far_away(uint64_t seed, format::Asset& asset) {
+  test::Random random(seed);
+  for (size_t a = 0; a < 3; ++a) {
+    const uint32_t place = (1u << 29) + random.below(1u << 29);
+    for (format::Instance& instance : asset.instances) {
+      const double exact = std::ldexp(double(place + random.below(1u << 13)), -10);
+      instance.transform[4 * a + 3] = static_cast<float>(exact);
+      instance.remainder[a] = static_cast<float>(exact - double(instance.transform[4 * a + 3]));
+    }
+  }
+}
+
 void make(uint64_t seed, const std::string& name, uint32_t bvhs, uint32_t sphericals, uint32_t coded,
           uint32_t exacts, uint32_t proofs, uint32_t sources, uint32_t colors, bool translations) {
   test::RandomAssetOptions options;
@@ -167,9 +181,9 @@ void make(uint64_t seed, const std::string& name, uint32_t bvhs, uint32_t spheri
   options.proofs = proofs;
   options.sources = sources;
   options.colors = colors;
-  options.translations = translations;
   format::Asset asset = test::random_asset(seed, options);
   if (options.instances == 0) asset.metadata.clear();
+  if (translations) move_far_away(seed, asset);
   write_asset(seed, name, asset);
 }
 
