@@ -4,8 +4,12 @@
 // TRANSLATIONS is not 0 with instances where floats are too coarse; and NAME.answers and NAME.hits. For what
 // the format newly holds only: files that are in this folder are never made anew.
 //
+// make_golden --row SEED NAME: likewise, with a row of voxels, once with a network and once without. Rays have
+// more open cells than are kept.
+//
 // make_golden --hits SEED FILE.nif...: writes the hits of assets that are there already.
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <limits>
@@ -20,6 +24,7 @@
 #include "kernels/reference/parts.hpp"
 #include "tests/golden/golden.hpp"
 #include "tests/support/query_object.hpp"
+#include "tests/support/row_of_voxels.hpp"
 
 namespace {
 
@@ -75,12 +80,23 @@ kernels::Segment corner_ray(test::Random& random, const kernels::TrianglesField&
   return ray;
 }
 
+/// Along a grid that is one voxel thick.
+kernels::Segment row_ray(test::Random& random, const kernels::PlanesField& field) {
+  const NifRay ray = test::rays_in_a_row(random, field, 1)[0];
+  return {{ray.origin[0], ray.origin[1], ray.origin[2]},
+          {ray.direction[0], ray.direction[1], ray.direction[2]},
+          ray.tmin,
+          ray.tmax};
+}
+
 kernels::Segment hit_ray(test::Random& random, const format::ObjectView& object) {
   kernels::Segment ray = test::random_segment(random, object);
   const kernels::AnyField field = format::field_of(object);
   const kernels::TrianglesField* tree =
       std::visit([](const auto& one) { return kernels::tree_of(one); }, field);
   if (tree && random.below(3) == 0) ray = corner_ray(random, *tree);
+  const kernels::PlanesField* grid = std::visit([](const auto& one) { return kernels::grid_of(one); }, field);
+  if (grid && grid->voxels[0] == kernels::kMaxVoxels && random.below(2)) ray = row_ray(random, *grid);
   if (random.below(8) == 0) make_odd(random, ray);
   return ray;
 }
@@ -123,22 +139,7 @@ void write_hits(uint64_t seed, const std::string& name, std::span<const std::byt
   write_output(name + ".hits", std::as_bytes(std::span(hits)));
 }
 
-void make(uint64_t seed, const std::string& name, uint32_t bvhs, uint32_t sphericals, uint32_t coded,
-          uint32_t exacts, uint32_t proofs, uint32_t sources, uint32_t colors, bool translations) {
-  test::RandomAssetOptions options;
-  options.objects = 1 + uint32_t(seed % 3);
-  options.instances = 2 * uint32_t(seed % 3);
-  options.max_voxels = 9;
-  options.bvhs = bvhs;
-  options.sphericals = sphericals;
-  options.coded = coded;
-  options.exacts = exacts;
-  options.proofs = proofs;
-  options.sources = sources;
-  options.colors = colors;
-  options.translations = translations;
-  format::Asset asset = test::random_asset(seed, options);
-  if (options.instances == 0) asset.metadata.clear();
+void write_asset(uint64_t seed, const std::string& name, const format::Asset& asset) {
   const auto bytes = format::encode(asset);
   const auto view = format::read_asset(bytes, name);
   std::vector<test::GoldenAnswer> answers;
@@ -154,6 +155,48 @@ void make(uint64_t seed, const std::string& name, uint32_t bvhs, uint32_t spheri
   write_hits(seed, name, bytes);
 }
 
+/// Where floats are a 16th apart, all instances near one another, at 1024ths.
+void move_far_away(uint64_t seed, format::Asset& asset) {
+  test::Random random(seed);
+  for (size_t a = 0; a < 3; ++a) {
+    const uint32_t place = (1u << 29) + random.below(1u << 29);
+    for (format::Instance& instance : asset.instances) {
+      const double exact = std::ldexp(double(place + random.below(1u << 13)), -10);
+      instance.transform[4 * a + 3] = static_cast<float>(exact);
+      instance.remainder[a] = static_cast<float>(exact - double(instance.transform[4 * a + 3]));
+    }
+  }
+}
+
+void make(uint64_t seed, const std::string& name, uint32_t bvhs, uint32_t sphericals, uint32_t coded,
+          uint32_t exacts, uint32_t proofs, uint32_t sources, uint32_t colors, bool translations) {
+  test::RandomAssetOptions options;
+  options.objects = 1 + uint32_t(seed % 3);
+  options.instances = 2 * uint32_t(seed % 3);
+  options.max_voxels = 9;
+  options.bvhs = bvhs;
+  options.sphericals = sphericals;
+  options.coded = coded;
+  options.exacts = exacts;
+  options.proofs = proofs;
+  options.sources = sources;
+  options.colors = colors;
+  format::Asset asset = test::random_asset(seed, options);
+  if (options.instances == 0) asset.metadata.clear();
+  if (translations) move_far_away(seed, asset);
+  write_asset(seed, name, asset);
+}
+
+void make_row(uint64_t seed, const std::string& name) {
+  format::Asset asset = test::asset_of_a_row(seed);
+  format::Object& bare = asset.objects.emplace_back(asset.objects[0]);
+  bare.name = "planes alone";
+  bare.network.reset();
+  test::Random random(seed);
+  for (uint32_t& word : bare.planes->voxel_records) word = test::random_planes(random, true);
+  write_asset(seed, name, asset);
+}
+
 void add_hits(uint64_t seed, const std::string& path) {
   const auto memory = format::FileMemory::load(path, format::FileMemory::Mode::read);
   write_hits(seed, path.substr(0, path.rfind(".nif")), memory.bytes());
@@ -163,10 +206,12 @@ void add_hits(uint64_t seed, const std::string& path) {
 
 int main(int argc, char** argv) {
   const bool hits = argc > 3 && argv[1] == std::string_view("--hits");
-  if (!hits && (argc < 3 || argc > 11)) {
+  const bool row = argc == 4 && argv[1] == std::string_view("--row");
+  if (!hits && !row && (argc < 3 || argc > 11)) {
     std::fprintf(stderr,
                  "usage: make_golden SEED NAME [BVHS [SPHERICALS [CODED [EXACTS [PROOFS [SOURCES [COLORS "
                  "[TRANSLATIONS]]]]]]]]\n"
+                 "       make_golden --row SEED NAME\n"
                  "       make_golden --hits SEED FILE.nif...\n");
     return int(Status::usage);
   }
@@ -174,6 +219,8 @@ int main(int argc, char** argv) {
     const auto count = [&](int i) { return i < argc ? uint32_t(std::strtoul(argv[i], nullptr, 10)) : 0; };
     if (hits)
       for (int i = 3; i < argc; ++i) add_hits(std::strtoull(argv[2], nullptr, 10) + uint64_t(i), argv[i]);
+    else if (row)
+      make_row(std::strtoull(argv[2], nullptr, 10), argv[3]);
     else
       make(std::strtoull(argv[1], nullptr, 10), argv[2], count(3), count(4), count(5), count(6), count(7),
            count(8), count(9), count(10) != 0);

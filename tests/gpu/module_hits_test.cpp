@@ -2,7 +2,7 @@
 #include "formats/nif/reader.hpp"
 #include "tests/gpu/card_hit_query.hpp"
 #include "tests/runtime/open_answers.hpp"
-#include "tests/runtime/row_of_voxels.hpp"
+#include "tests/support/row_of_voxels.hpp"
 
 namespace nif::test {
 namespace {

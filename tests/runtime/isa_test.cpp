@@ -2,8 +2,8 @@
 #include <cmath>
 #include <cstring>
 
-#include "tests/runtime/row_of_voxels.hpp"
 #include "tests/runtime/runtime_fixture.hpp"
+#include "tests/support/row_of_voxels.hpp"
 
 namespace nif::test {
 namespace {

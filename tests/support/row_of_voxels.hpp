@@ -2,9 +2,12 @@
 // for.
 #pragma once
 
-#include <cmath>
+#include <nif/nif.h>
 
-#include "tests/runtime/runtime_fixture.hpp"
+#include <cmath>
+#include <vector>
+
+#include "tests/support/random_asset.hpp"
 
 namespace nif::test {
 
@@ -30,7 +33,7 @@ inline format::Asset asset_of_a_row(uint64_t seed) {
 }
 
 /// From anywhere in the row to its end, or only a few voxels long.
-inline std::vector<NifRay> rays_in_a_row(Random& random, const kernels::SegmentField& field, size_t count) {
+inline std::vector<NifRay> rays_in_a_row(Random& random, const kernels::PlanesField& field, size_t count) {
   std::vector<NifRay> rays(count);
   for (NifRay& ray : rays) {
     const bool up = random.below(2), is_long = random.below(2);
