@@ -29,10 +29,16 @@ TEST_F(Devices, AreListed) {
 
   const auto result = nlohmann::json::parse(nif({"devices", "--json"}).out);
   EXPECT_EQ(result["schema"], "nifkit.devices/1");
-  ASSERT_EQ(result["backends"].size(), 2u);
-  EXPECT_EQ(result["backends"][1]["available"], true);
+  ASSERT_EQ(result["backends"].size(), 3u);
+  EXPECT_EQ(result["backends"][1]["name"], "cuda");
+  EXPECT_EQ(result["backends"][1]["available"], false);
+  EXPECT_EQ(result["backends"][2]["name"], "hip");
+  EXPECT_EQ(result["backends"][2]["available"], true);
   ASSERT_EQ(result["cards"].size(), 6u);
   EXPECT_EQ(result["cards"][1]["device"], 1);
+  EXPECT_EQ(result["cards"][1]["backend"], "hip");
+  EXPECT_EQ(result["cards"][1]["pci"], "0001:03:03.0");
+  EXPECT_EQ(result["cards"][1]["uuid"], "ab010000-0000-0000-0000-000000000000");
   EXPECT_EQ(result["cards"][1]["target"], "imma");
   EXPECT_EQ(result["cards"][1]["available"], true);
 }
