@@ -21,7 +21,6 @@
 #include "formats/base/status.hpp"
 #include "formats/nif/file_memory.hpp"
 #include "formats/nif/writer.hpp"
-#include "kernels/reference/parts.hpp"
 #include "tests/golden/golden.hpp"
 #include "tests/support/query_object.hpp"
 #include "tests/support/row_of_voxels.hpp"
@@ -91,11 +90,9 @@ kernels::Segment row_ray(test::Random& random, const kernels::PlanesField& field
 
 kernels::Segment hit_ray(test::Random& random, const format::ObjectView& object) {
   kernels::Segment ray = test::random_segment(random, object);
-  const kernels::AnyField field = format::field_of(object);
-  const kernels::TrianglesField* tree =
-      std::visit([](const auto& one) { return kernels::tree_of(one); }, field);
+  const kernels::TrianglesField* tree = object.triangles ? &object.triangles->field : nullptr;
   if (tree && random.below(3) == 0) ray = corner_ray(random, *tree);
-  const kernels::PlanesField* grid = std::visit([](const auto& one) { return kernels::grid_of(one); }, field);
+  const kernels::PlanesField* grid = object.planes ? &object.planes->field : nullptr;
   if (grid && grid->voxels[0] == kernels::kMaxVoxels && random.below(2)) ray = row_ray(random, *grid);
   if (random.below(8) == 0) make_odd(random, ray);
   return ray;
