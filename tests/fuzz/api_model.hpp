@@ -86,10 +86,14 @@ struct SceneSlot : Slot<NifScene> {
     return uint32_t(
         std::count_if(instances.begin(), instances.end(), [](const Known& k) { return k.exists; }));
   }
-  uint32_t lowest_free() const {
-    uint32_t number = 0;
-    while (has(number)) ++number;
-    return number;
+  /// The first of the lowest free numbers, `row` of them consecutive.
+  uint32_t lowest_free(uint32_t row) const {
+    uint32_t first = 0;
+    for (uint32_t number = 0; number < instances.size(); ++number) {
+      if (has(number)) first = number + 1;
+      if (row > 0 && number + 1 - first == row) return first;
+    }
+    return uint32_t(instances.size());
   }
 };
 

@@ -235,7 +235,7 @@ class Session : Drawn {
     if (scene.device != asset.device || (placed && !is_finite(transform))) must(error != NIF_OK);
     must(error == NIF_OK || error == NIF_ERROR_INVALID_ARGUMENT || error == NIF_ERROR_SINGULAR_TRANSFORM);
     if (error != NIF_OK) return;
-    must(first == (whole ? scene.instances.size() : scene.lowest_free()));
+    must(first == scene.lowest_free(count));
     if (scene.instances.size() < first + count) scene.instances.resize(first + count);
     std::fill_n(scene.instances.begin() + first, count, Known());
     if (count > 0) scene.committed = false;
