@@ -162,12 +162,12 @@ TEST(FitCells, CutsLessWhereThatMakesTooManyParts) {
 
 TEST(FitCells, StopsWherePlanesJoinOutsideWithInside) {
   OccupiedObject o(icosphere(4), 40, {.levels = 2});
-  const std::vector<uint32_t> records = o.data.voxel_records;
-  bake::set_sides("icosphere", o.data);
-  EXPECT_EQ(o.data.voxel_records, records) << "it was right";
-  narrow_planes(o.data);
+  const std::vector<uint32_t> records = o.object.planes->voxel_records;
+  bake::set_sides("icosphere", *o.object.planes);
+  EXPECT_EQ(o.object.planes->voxel_records, records) << "it was right";
+  narrow_planes(*o.object.planes);
   try {
-    bake::set_sides("icosphere", o.data);
+    bake::set_sides("icosphere", *o.object.planes);
     FAIL();
   } catch (const Error& error) {
     EXPECT_EQ(error.status(), Status::internal);

@@ -171,7 +171,7 @@ INSTANTIATE_TEST_SUITE_P(CutOtherwise, ExactOnShapes,
 
 /// The segments are hard enough for wrong planes to be noticed.
 TEST(ExactOnFlaws, AreNoticed) {
-  const auto narrow = [](format::ProofData& data) {
+  const auto narrow = [](format::PlanesData& data) {
     narrow_planes(data);
     bake::set_sides("bowl", data);  // else the writer would refuse them
   };

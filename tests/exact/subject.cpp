@@ -16,6 +16,7 @@
 #include "formats/nif/writer.hpp"
 #include "kernels/reference/encodings/exact.hpp"
 #include "tests/support/occupied_object.hpp"
+#include "tests/support/random_asset.hpp"
 
 namespace nif::test {
 namespace {
