@@ -15,8 +15,8 @@
 #include "formats/mesh/transform.hpp"
 #include "formats/nif/writer.hpp"
 #include "kernels/reference/encodings/exact.hpp"
+#include "tests/support/coded.hpp"
 #include "tests/support/occupied_object.hpp"
-#include "tests/support/random_asset.hpp"
 
 namespace nif::test {
 namespace {

@@ -12,20 +12,12 @@
 #include "formats/nif/asset.hpp"
 #include "formats/nif/planes/sides.hpp"
 #include "kernels/reference/encodings/segment.hpp"
+#include "tests/support/coded.hpp"
 #include "tests/support/random_bvh.hpp"
 #include "tests/support/random_exact.hpp"
 #include "tests/support/random_spherical.hpp"
 
 namespace nif::test {
-
-/// Bit 0: occupancy and corners, 1: cells, 2: features.
-inline constexpr uint32_t kCodedAll = 7;
-inline void set_coded(uint32_t coded, format::Object& object) {
-  if (object.planes) object.planes->coded = coded & format::kCodedPlanes;
-  if (object.network)
-    object.network->coded =
-        (coded & 1 ? format::kCornersAround : 0u) | (coded & 4 ? format::kCodedFeatures : 0u);
-}
 
 struct RandomAssetOptions {
   uint32_t objects = 3;
