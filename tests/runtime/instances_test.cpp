@@ -137,6 +137,18 @@ TEST_F(Instances, TheLastOneIsAskedAsASoleOne) {
   expect_like(scene, {2}, {0});
 }
 
+/// The boxes that were set aside for the new instance go with the last one, and the hierarchy still has the old.
+TEST_F(Instances, AllAreRemovedBeforeNewOnesAreCommitted) {
+  const NifScene scene = scene_with({0, 1});
+  EXPECT_EQ(add(scene, 2), 2u);
+  for (const uint32_t gone : {2u, 1u, 0u}) ASSERT_EQ(nifRemoveInstance(scene, gone), NIF_OK);
+  ASSERT_EQ(nifCommitScene(scene), NIF_OK);
+  expect_like(scene, {}, {});
+  auto info = nifkit::sized<NifSceneInfo>();
+  ASSERT_EQ(nifGetSceneInfo(scene, &info), NIF_OK);
+  EXPECT_GT(info.bounds_min[0], info.bounds_max[0]) << "nothing can block";
+}
+
 TEST_F(Instances, AssetsGoWithTheirLastInstance) {
   uint64_t live = 0;
   auto callbacks = nifkit::sized<NifDeviceCallbacks>();

@@ -415,9 +415,10 @@ typedef struct NifInstanceInfo {
  * NIF_ERROR_INVALID_ARGUMENT. Allocates nothing. */
 NIF_API NifError nifGetInstanceInfo(NifScene scene, uint32_t instance, NifInstanceInfo* info);
 
-/* Makes all changes since the last commit visible to queries. If only transforms, origins, masks and user
- * values changed, the hierarchy over the instances is refitted, unless that makes it much worse. Otherwise it
- * is rebuilt, in O(n log n) for n instances: about 5 ms for 10,000. Without changes the call does nothing.
+/* Makes all changes since the last commit visible to queries. If instances were added or enabled (by flags or
+ * by a mask that was 0), the hierarchy over the instances is rebuilt, in O(n log n) for n instances: about
+ * 5 ms for 10,000. After other changes it is refitted, unless that makes it much worse. Without changes the
+ * call does nothing.
  *
  * On a GPU it also copies the scene and its new assets to the card, after the scene's own queries there have
  * finished. If that fails (NIF_ERROR_OUT_OF_DEVICE_MEMORY, NIF_ERROR_DEVICE_LOST), the scene is committed for

@@ -229,7 +229,8 @@ void commit_instances(NifSceneObject& scene) {
   scene.ready_on_gpu = false;
   if (scene.moved) move_instances(scene);
   if (scene.has_removed) drop_unused_assets(scene);
-  if (!scene.new_boxes.empty() || !scene.hierarchy.refit()) {
+  // Without instances there are no boxes aside either, whatever the hierarchy still has.
+  if (!scene.new_boxes.empty() || scene.instances.empty() || !scene.hierarchy.refit()) {
     const size_t count = scene.instances.size();
     std::pmr::vector<uint32_t> places(count, memory);
     keep_boxes_aside(scene, 0);
