@@ -19,6 +19,7 @@ golden=tests/golden corpus=tests/corpus/asset
 "$bin/make_golden" 3 $golden/v2-exact 0 0 7 3
 "$bin/make_golden" 20 $golden/v2-leaning
 "$bin/make_golden" 4 $golden/v2-objects 0 0 7
+"$bin/make_golden" 30 $golden/v2-networks 0 5
 "$bin/make_golden" 5 $golden/v2-proof 0 0 7 0 3
 "$bin/make_golden" 44 $golden/v2-shapes 0 0 7
 "$bin/make_golden" 3 $golden/v2-single
