@@ -1,5 +1,5 @@
-// Makes the objects of one encoding: the interface between the driver (bake/bake.cpp), which knows no
-// encoding, and bake/encodings.
+// Makes the objects of one encoding: the interface between the steps of a bake (bake/steps.hpp), which know
+// no encoding, and bake/encodings.
 #pragma once
 
 #include <algorithm>
@@ -75,7 +75,7 @@ class Encoder {
   virtual std::string obstacle(std::span<const mesh::Float3>) const { return {}; }
   /// True if objects can be laid out at this scale, which is not 1; a lower scale makes smaller ones.
   virtual bool has_scale(double) const { return false; }
-  /// Makes the content of form.object(), of which the driver has set everything else, at a scale of its
+  /// Makes the content of form.object(), of which everything else is set, at a scale of its
   /// grids; trained parts stay blank but have their final size. Sets the form's sections, its cost in bytes,
   /// its scale and its report. `bounded`: uses a lower scale if it would exceed the encoding's budget for
   /// such an object. `first`: the first object of the asset, which includes what all of them share.
@@ -94,5 +94,10 @@ class Encoder {
   /// Adds its options to those in the metadata.
   virtual void add_options(nlohmann::ordered_json&) const {}
 };
+
+/// The encodings that an object may have: the one that the options name and those that stand in for it, or
+/// all that "auto" may choose. Throws Error(usage) if there is none; InvalidOption.
+using Encoders = std::vector<std::unique_ptr<Encoder>>;
+Encoders encoders_for(const BakeOptions& options);
 
 }  // namespace nif::bake

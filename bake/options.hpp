@@ -19,6 +19,8 @@ enum class Preset {
   high,
   paper,  ///< only for `spherical`, which has no other; the others are for `segment` fields
 };
+/// Objects with at least this many triangles get the preset's resolution and rays.
+inline constexpr double kFullTriangles = 150'000;
 std::string_view name_of(Preset preset);
 std::optional<Preset> preset_named(std::string_view name);
 

@@ -1,38 +1,64 @@
-// Steps of a bake that do not depend on encodings.
+// The steps of a bake in their order, and what they share. Each step has a file of its own, and all that it
+// knows about encodings is bake/encoder.hpp.
 #pragma once
 
-#include "bake/bake.hpp"
-#include "bake/oracle/prepare.hpp"
+#include "bake/bake_clock.hpp"
+#include "bake/candidate.hpp"
 
 namespace nif::bake {
 
-/// Seeds that differ from the default of `nif eval`, from training's streams and from each other.
-inline constexpr uint64_t kMeasuringSeed = 0x6d65617375726564, kChoosingSeed = 0x63686f6f73696e67,
-                          kLeaningSeed = 0x6c65616e696e67;
+/// A bake, as far as it has come.
+struct BakeRun : BakeRequest {
+  PreparedScene prepared = {};
+  std::vector<Candidate> candidates = {};  ///< one per object
+  format::FileSize size = {};              ///< without metadata; candidates keep it up to date
+  uint64_t metadata_bytes = 0;             ///< the most that metadata may take
+  std::optional<BakeClock> clock = {};
+  SetHits hits = {};  ///< of all objects so far
+  BakeResult result = {};
 
-/// Bytes reserved for the metadata's figures, which exist only once accuracy has been measured.
-inline constexpr uint64_t kMetadataBytes = 1024, kMetadataBytesPerObject = 2368;
-/// And for the figures of an object with a decision threshold.
-inline constexpr uint64_t kMetadataBytesOfLean = 768;
+  /// The largest size that the file may have.
+  uint64_t bytes() const { return size.bytes() + metadata_bytes; }
+  /// Whether that is within the limit, if there is one.
+  bool fits() const { return !options.max_bytes || bytes() <= *options.max_bytes; }
+  void show(BakeProgress::Stage stage, const Candidate& candidate, double share, double loss = 0,
+            double error = 0) const {
+    clock->report(stage, candidate.report.name, candidate.index, share, loss, error);
+  }
+};
 
-/// Objects with at least this many triangles get the preset's resolution and rays.
-inline constexpr double kFullTriangles = 150'000;
+/// 1. Prepares the meshes, and makes a candidate of each object (prepare_objects.cpp).
+void prepare_objects(BakeRun& run);
 
-/// Everything that is the same for an object in any encoding; the report gets what is known so far.
-format::Object describe(const Prepared& prepared, ObjectReport& report);
+/// 2. Chooses encodings, and lays the objects out in them (choose_forms.cpp). Trained parts stay blank.
+void choose_forms(BakeRun& run);
 
-/// The instances of what was prepared, named and placed as in the scene.
-std::vector<format::Instance> instances_of(const mesh::Scene& scene, const PreparedScene& prepared);
+/// 3. Makes grids coarser until the file is within options.max_bytes (shrink_to_limit.cpp). Throws
+/// TargetNotMet.
+void shrink_to_limit(BakeRun& run);
 
-/// The accuracy of one of several objects on each ray set, with its share of options.evaluation_rays. Calls
-/// `begin` before each set.
-SetAccuracies measure_sets(const RaySource& source, const Answerer& answer, const BakeOptions& options,
-                           size_t objects, const std::function<void(RaySet)>& begin);
+/// 4. Completes and measures the objects, one after the other, or together if they share a network
+/// (encode_objects.cpp).
+void encode_objects(BakeRun& run);
 
-/// The same for first hits, on kHitSets, with a tenth of these rays: finding a hit takes longer than finding
-/// out whether there is one. An object without planes is not measured in voxels.
-SetHits measure_hits(const RaySource& source, const kernels::AnyField& field, double diagonal,
-                     const BakeOptions& options, size_t objects, const std::function<void(RaySet)>& begin);
+// The parts of that step which are files of their own:
+
+/// Chooses, among the exact forms that fit, the one with the least counted work (choose_exact.cpp). There
+/// must be two at least.
+void choose_least_work(BakeRun& run, Candidate& candidate, const RaySource& source);
+/// Makes an object exact instead of learned, for the reason `why` (choose_exact.cpp). Returns false, and
+/// leaves the choice, if it cannot be exact or does not fit.
+bool make_exact(BakeRun& run, Candidate& candidate, const RaySource& source, const std::string& why);
+/// Trains forms together. Returns why that failed, see Encoder::train() (encode_objects.cpp).
+std::string train(BakeRun& run, std::span<const Lesson> lessons);
+/// Finds the smallest form of a trained and measured object whose error is within options.max_error
+/// (meet_error.cpp). If there is none, makes the object exact if possible.
+void meet_error(BakeRun& run, Candidate& candidate, const RaySource& source);
+
+/// The accuracy of an object in its chosen form, on each ray set (measure_objects.cpp).
+SetAccuracies measure_answers(const BakeRun& run, const Candidate& candidate, const RaySource& source);
+/// The same of its first hits, on kHitSets.
+SetHits measure_hits(const BakeRun& run, const Candidate& candidate, const RaySource& source);
 
 /// The ray set whose error may be largest: its Accuracy::error_bound() and error().
 struct ErrorBound {
@@ -41,24 +67,10 @@ struct ErrorBound {
 };
 ErrorBound error_bound(const SetAccuracies& sets);
 
-/// Throws TargetNotMet if options.max_error is given and not met.
-void check_error(const BakeOptions& options, const SetAccuracies& sets);
+/// 5. Throws TargetNotMet if the error of learned objects is above options.max_error (measure_objects.cpp).
+void check_error(const BakeRun& run);
 
-/// Progress of a bake of several objects; an object's training is assumed to take time in proportion to its
-/// triangles, within bounds.
-class BakeClock {
- public:
-  BakeClock(std::span<const Prepared> objects, const BakeCallback& callback);
-  /// `share` of the object at `index` is done.
-  void report(BakeProgress::Stage stage, std::string_view name, size_t index, double share, double loss = 0,
-              double error = 0) const;
-
- private:
-  const BakeCallback& callback_;
-  std::vector<double> weights_;
-};
-
-/// Throws Error(interrupted) once `cancel` is set.
-void stop_if(const std::atomic<bool>& cancel);
+/// 6. Writes asset and metadata, and sums up the report (bake.cpp).
+BakeResult assemble(BakeRun& run);
 
 }  // namespace nif::bake

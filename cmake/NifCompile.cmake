@@ -55,3 +55,13 @@ function(nif_compile target)
     target_link_options(${target} PRIVATE -fsanitize=${NIF_SANITIZE})
   endif()
 endfunction()
+
+# nif_measurement(name sources... LINK libraries...): a program that only measures. "all" does not build it.
+function(nif_measurement name)
+  cmake_parse_arguments(arg "" "" "LINK" ${ARGN})
+  add_executable(${name} EXCLUDE_FROM_ALL ${arg_UNPARSED_ARGUMENTS})
+  nif_compile(${name})
+  set_target_properties(${name} PROPERTIES UNITY_BUILD OFF)
+  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
+  target_link_libraries(${name} PRIVATE ${arg_LINK})
+endfunction()

@@ -10,8 +10,8 @@
 
 #include "bake/encoder.hpp"
 #include "bake/encodings/bvh.hpp"
+#include "bake/loaded/grid_memory.hpp"
 #include "bake/work.hpp"
-#include "kernels/packed/walk_grid.hpp"
 #include "kernels/reference/encodings/exact.hpp"
 
 namespace nif::bake {
@@ -47,7 +47,7 @@ class ExactEncoder final : public Encoder {
         });
     form.report = report;
     form.cost.bytes += tree_bytes;
-    form.cost.resident = form.cost.bytes + kernels::cpu::walk_bytes(format::field_of(planes));
+    form.cost.resident = form.cost.bytes + loaded_bytes(format::field_of(planes));
   }
 
   double work(const Form& form, const RaySource& source, uint64_t seed) const override {

@@ -11,7 +11,6 @@
 #include "bake/network/corners.hpp"
 #include "bake/network/trainer.hpp"
 #include "bake/report.hpp"
-#include "bake/steps.hpp"
 #include "bake/work.hpp"
 #include "kernels/reference/encodings/segment.hpp"
 

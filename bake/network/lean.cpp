@@ -9,9 +9,10 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
-#include "bake/network/open_filter.hpp"
+#include "bake/bake_clock.hpp"
+#include "bake/loaded/open_filter.hpp"
 #include "bake/oracle/evaluate.hpp"
-#include "bake/steps.hpp"
+#include "bake/seeds.hpp"
 #include "kernels/reference/encodings/segment.hpp"
 
 namespace nif::bake {
@@ -113,7 +114,7 @@ LeanReport lean(const RaySource& source, const format::Object& object, const Lea
     const OpenFilter filter(field);
     for (const RaySet set : kRaySets)
       held[size_t(set)] =
-          hold_out(source, set, field, filter, asked.mistake, count, seed + kLeaningSeed, cancel);
+          hold_out(source, set, field, filter, asked.mistake, count, seed + kThresholdSeed, cancel);
     shown = least_move(held, asked.rate);
   }
 

@@ -4,8 +4,8 @@
 #include <atomic>
 #include <vector>
 
+#include "bake/loaded/open_filter.hpp"
 #include "bake/mix.hpp"
-#include "bake/network/open_filter.hpp"
 #include "bake/network/trainer_kernels.hpp"
 #include "kernels/reference/network/samples.hpp"
 

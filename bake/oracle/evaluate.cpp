@@ -5,9 +5,6 @@
 #include <tbb/parallel_for.h>
 
 #include <boost/math/distributions/binomial.hpp>
-#include <variant>
-
-#include "kernels/reference/scene.hpp"
 
 namespace nif::bake {
 
@@ -72,21 +69,6 @@ Accuracy evaluate(const LabelledRays& rays, const Answerer& answer, const Oracle
     ++g;
   }
   return all;
-}
-
-Answerer reference_answerer(const kernels::AnyField& field) {
-  return std::visit(
-      [](const auto& own) -> Answerer {
-        return [own](std::span<const Segment> segments, const Answers& answers) {
-          for (size_t i = 0; i < segments.size(); ++i) {
-            const kernels::Answer answer = kernels::query(own, segments[i]);
-            answers.visible[i] = answer.visible;
-            answers.certain[i] = answer.certain;
-            answers.probability[i] = kernels::visible_probability(answer.logit, kernels::calibration(own));
-          }
-        };
-      },
-      field);
 }
 
 }  // namespace nif::bake

@@ -5,7 +5,6 @@
 #include <span>
 
 #include "bake/oracle/ray_sets.hpp"
-#include "kernels/reference/encodings.hpp"
 
 namespace nif::bake {
 
@@ -47,8 +46,5 @@ using Answerer = std::function<void(std::span<const Segment>, const Answers&)>;
 /// Compares answers with the ground truth of `oracle`, in parallel; sums are ordered, so the figures do not
 /// depend on the number of threads.
 Accuracy evaluate(const LabelledRays& rays, const Answerer& answer, const Oracle& oracle);
-
-/// Answers with the reference kernels. What the field points into must outlive the answerer.
-Answerer reference_answerer(const kernels::AnyField& field);
 
 }  // namespace nif::bake

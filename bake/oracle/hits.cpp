@@ -8,10 +8,8 @@
 #include <cmath>
 #include <numbers>
 #include <utility>
-#include <variant>
 
 #include "formats/base/vector.hpp"
-#include "kernels/reference/scene_hit.hpp"
 
 namespace nif::bake {
 namespace {
@@ -70,7 +68,7 @@ class HitComparison {
     if (scale_.voxels_per_unit > 0) sums_.voxels.push_back(static_cast<float>(off * scale_.voxels_per_unit));
     sums_.angle.push_back(
         static_cast<float>(degrees_between(to_double(ours_.normal[i]), truth.normal, direction)));
-    if (ours_.triangle[i] == kernels::kNoTriangle) return;
+    if (ours_.triangle[i] == FirstHits::kNoTriangle) return;
     ++sums_.triangles;
     sums_.displaced += off > kDisplaced * scale_.diagonal;
     if (!source_) return;
@@ -97,16 +95,6 @@ class HitComparison {
   const SourceMesh* source_;
   HitAccuracy sums_;
 };
-
-template <class Field>
-double fineness_of(const Field& field) {
-  if constexpr (requires { field.voxels_per_unit; })
-    return double(field.voxels_per_unit);
-  else if constexpr (requires { field.planes; })
-    return fineness_of(field.planes);
-  else
-    return 0;
-}
 
 std::optional<Percentiles> percentiles_or_none(const std::vector<float>& values) {
   if (values.empty()) return std::nullopt;
@@ -156,10 +144,6 @@ SetHitFigures figures_of(const SetHits& sets) {
   return figures;
 }
 
-double voxels_per_unit(const kernels::AnyField& field) {
-  return std::visit([](const auto& own) { return fineness_of(own); }, field);
-}
-
 HitAccuracy evaluate_hits(std::span<const Segment> segments, const HitFinder& find, const Oracle& oracle,
                           const ObjectScale& scale, const SourceMesh* source) {
   constexpr size_t kHitChunk = 4096;  // rays that a thread takes at a time
@@ -175,31 +159,6 @@ HitAccuracy evaluate_hits(std::span<const Segment> segments, const HitFinder& fi
   HitAccuracy all;
   for (const HitAccuracy& part : parts) all += part;
   return all;
-}
-
-HitFinder reference_finder(const kernels::AnyField& field) {
-  return std::visit(
-      [](const auto& own) -> HitFinder {
-        return [own](std::span<const Segment> segments) {
-          FirstHits found(segments.size());
-          for (size_t i = 0; i < segments.size(); ++i) {
-            const kernels::Hit hit = kernels::intersect(own, segments[i]);
-            found.hit[i] = hit.t < kernels::kNoHit;
-            found.certain[i] = hit.certain();
-            found.t[i] = hit.t;
-            found.u[i] = hit.u;
-            found.v[i] = hit.v;
-            found.low[i] = hit.low;
-            found.high[i] = hit.high;
-            found.triangle[i] = hit.triangle;
-            float normal[3];
-            kernels::world_normal(nullptr, hit.normal, segments[i].direction, normal);
-            found.normal[i] = std::to_array(normal);
-          }
-          return found;
-        };
-      },
-      field);
 }
 
 }  // namespace nif::bake

@@ -10,7 +10,6 @@
 
 #include "bake/oracle/ray_sets.hpp"
 #include "formats/mesh/scene.hpp"
-#include "kernels/reference/encodings.hpp"
 
 namespace nif::bake {
 
@@ -73,11 +72,10 @@ struct SourceMesh {
   std::vector<uint32_t> numbers;  ///< of each of the ground truth's triangles
 };
 
-/// Fineness of a grid for ObjectScale; 0 if the encoding has none.
-double voxels_per_unit(const kernels::AnyField& field);
-
 /// The first hits of consecutive segments; each array has one entry per segment. As in NifHits.
 struct FirstHits {
+  static constexpr uint32_t kNoTriangle = 0xffffffff;  ///< for `triangle`: none can be named
+
   std::vector<uint8_t> hit, certain;
   std::vector<float> t, u, v, low, high;
   std::vector<std::array<float, 3>> normal;
@@ -101,8 +99,5 @@ using HitFinder = std::function<FirstHits(std::span<const Segment>)>;
 /// `source` may be null.
 HitAccuracy evaluate_hits(std::span<const Segment> segments, const HitFinder& find, const Oracle& oracle,
                           const ObjectScale& scale, const SourceMesh* source = nullptr);
-
-/// Finds them with the reference kernels. What the field points into must outlive the finder.
-HitFinder reference_finder(const kernels::AnyField& field);
 
 }  // namespace nif::bake

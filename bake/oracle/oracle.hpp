@@ -14,7 +14,7 @@
 #include "bake/oracle/embree_scene.hpp"
 #include "formats/base/vector.hpp"
 #include "formats/mesh/scene.hpp"
-#include "kernels/reference/planes/walk.hpp"
+#include "kernels/reference/ray.hpp"
 
 namespace nif::bake {
 

@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "bake/loaded/grid_memory.hpp"
 #include "bake/options.hpp"
-#include "kernels/packed/walk_grid.hpp"
 
 namespace nif::bake {
 namespace {
@@ -121,8 +121,7 @@ double fit_proof(const Prepared& prepared, const GridShape& shape, double scale,
     report = fit_planes(prepared, grid, name, data);
     const double of_file = double(count()) / double(budget);
     if (budget == kNoBudget) return of_file;
-    return std::max(of_file,
-                    double(kernels::cpu::walk_bytes(format::field_of(data))) / most_resident(triangles));
+    return std::max(of_file, double(loaded_bytes(format::field_of(data))) / most_resident(triangles));
   });
 }
 

@@ -10,11 +10,11 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "bake/bake_clock.hpp"
 #include "bake/encoder.hpp"
 #include "bake/report.hpp"
 #include "bake/spherical/describe.hpp"
 #include "bake/spherical/primary_trainer.hpp"
-#include "bake/steps.hpp"
 #include "formats/base/status.hpp"
 
 namespace nif::bake {

@@ -22,7 +22,7 @@ if [[ ! -f $papers ]]; then
   "$nif" bake "$mesh" -o "$papers" --preset paper --training-rays 4000000 --rays 0 --quiet
 fi
 
-tools/measure/emulate_sets.sh "$asset" "$mesh" >"$out/dragon.txt"
+tests/measure/emulate_sets.sh "$asset" "$mesh" >"$out/dragon.txt"
 
 # A lower bound on the time of a million ambiguous rays, from the asset's network and the emulator's counts.
 floor() {
@@ -94,7 +94,7 @@ nvidia() {
       "$out/$target.s" | sort | uniq -c | awk '{ printf "%s%s `%s`", n++ ? ", " : "", $1, $2 }')"
   done
   printf '\n## Answers in the emulator\n\n'
-  printf '`tools/measure/emulate_sets.sh stanford_dragon.nif stanford_dragon.ply.gz`, with a million rays of every set:\n\n'
+  printf '`tests/measure/emulate_sets.sh stanford_dragon.nif stanford_dragon.ply.gz`, with a million rays of every set:\n\n'
   printf '1. The first table shows how many answers differ from the reference in any bit.\n'
   printf '2. The second table compares the walk by leaps, which the kernels use, with the walk voxel by voxel: steps of a ray; steps\n'
   printf '   of the longest ray in a wave of 32 or 64 rays, in their order; loads and bytes of a ray.\n'
@@ -104,7 +104,7 @@ nvidia() {
   floor
   printf '\n## The fields of the paper, in both precisions\n\n'
   printf '`nif bake stanford_dragon.ply.gz -o paper.nif --preset paper --training-rays 4000000 --rays 0`, then\n'
-  printf '`tools/measure/emulate_sets.sh paper.nif stanford_dragon.ply.gz`.\n\n'
+  printf '`tests/measure/emulate_sets.sh paper.nif stanford_dragon.ply.gz`.\n\n'
   printf 'The first table is in single precision, where no answer differs from the reference in any bit. The second table is in half\n'
   printf 'precision. Its columns are:\n\n'
   printf -- '- asked: rays for which a network was evaluated;\n'
@@ -114,6 +114,6 @@ nvidia() {
   printf -- '- beyond: answers farther off than the bound that follows from the arithmetic (`tests/gpu/half_bound.hpp`).\n\n'
   printf 'The emulated instructions sum in different orders, and `mfma` replaces denormal halves by 0. The rows of a set show how much\n'
   printf 'the choice of a GPU can matter.\n\n'
-  tools/measure/emulate_sets.sh "$papers" "$mesh" | sed 's/./    &/; s/ *$//'
+  tests/measure/emulate_sets.sh "$papers" "$mesh" | sed 's/./    &/; s/ *$//'
 } >docs/results/gpu.md.new
 mv docs/results/gpu.md.new docs/results/gpu.md

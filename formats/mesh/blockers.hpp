@@ -30,7 +30,7 @@ class Blockers {
 
  private:
   static constexpr size_t kLeaf = 8;
-  // Measured with polygon_speed (tools/measure) on polygons of 3 to 200 corners: 1.9 million corners per
+  // Measured with polygon_speed (tests/measure) on polygons of 3 to 200 corners: 1.9 million corners per
   // second with 24 here, 2.5 with 48, 3.2 with 96, 3.7 with 200. Without a tree, the work for a corner is up
   // to twice this number.
   static constexpr size_t kFewest = 128;

@@ -132,23 +132,24 @@ SectionBytes section_bytes(const Asset& part) {
   return bytes;
 }
 
-void FileSize::add(const SectionBytes& part) {
-  for (const auto& [type, bytes] : part) {
+void FileSize::set(size_t part, const SectionBytes& bytes) {
+  const std::lock_guard lock(changing_);
+  if (part >= parts_.size()) parts_.resize(part + 1);
+  for (const auto& [type, old] : parts_[part]) {
+    Sum& sum = sections_[type];
+    sum.bytes -= old;
+    if (--sum.parts == 0) sections_.erase(type);
+  }
+  parts_[part] = bytes;
+  for (const auto& [type, added] : bytes) {
     Sum& sum = sections_[type];
     ++sum.parts;
-    sum.bytes += bytes;
-  }
-}
-
-void FileSize::remove(const SectionBytes& part) {
-  for (const auto& [type, bytes] : part) {
-    Sum& sum = sections_[type];
-    sum.bytes -= bytes;
-    if (--sum.parts == 0) sections_.erase(type);
+    sum.bytes += added;
   }
 }
 
 uint64_t FileSize::bytes() const {
+  const std::lock_guard lock(changing_);
   uint64_t bytes = aligned(sizeof(Header) + sections_.size() * sizeof(SectionEntry));
   for (const auto& [type, sum] : sections_) bytes += aligned(sum.bytes);
   return bytes;

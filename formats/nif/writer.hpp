@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <map>
+#include <mutex>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -31,20 +32,21 @@ uint64_t encoded_bytes(const Asset& asset);
 /// one.
 using SectionBytes = std::vector<std::pair<uint32_t, uint64_t>>;
 SectionBytes section_bytes(const Asset& part);
-/// The size of a file as parts come and go, each in constant time: the encoded_bytes() of all of them
-/// together, or up to kAlignment - 1 bytes more.
+/// The size of a file while its parts still change, each in constant time. Thread-safe.
 class FileSize {
  public:
-  void add(const SectionBytes& part);
-  /// Removes a part that was added.
-  void remove(const SectionBytes& part);
+  /// Replaces what a part adds to the file, at first nothing. Parts have numbers that callers choose.
+  void set(size_t part, const SectionBytes& bytes);
+  /// The encoded_bytes() of all parts together, or up to kAlignment - 1 bytes more.
   uint64_t bytes() const;
 
  private:
   struct Sum {
     uint64_t parts = 0, bytes = 0;
   };
-  std::map<uint32_t, Sum> sections_;
+  mutable std::mutex changing_;
+  std::vector<SectionBytes> parts_;
+  std::map<uint32_t, Sum> sections_;  ///< by type
 };
 
 /// A copy that owns its memory; encode() makes the same bytes from it (except for unknown sections).

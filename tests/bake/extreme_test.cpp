@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "bake/oracle/ray_sets.hpp"
+#include "bake/reference_answers.hpp"
 #include "formats/nif/writer.hpp"
 #include "tests/bake/quiet_bake.hpp"
 #include "tests/support/shapes.hpp"

@@ -30,7 +30,7 @@ class Hits : public testing::Test {
       found.hit[i] = hit.has_value();
       found.certain[i] = 1;
       found.low[i] = found.high[i] = found.t[i] = hit ? hit->t : kInfinity;
-      found.triangle[i] = hit ? hit->triangle : kernels::kNoTriangle;
+      found.triangle[i] = hit ? hit->triangle : FirstHits::kNoTriangle;
       if (!hit) continue;
       const Double3 direction = to_double(std::to_array(segments[i].direction));
       const double size = (dot(hit->normal, direction) > 0 ? -1 : 1) / length(hit->normal);

@@ -8,8 +8,8 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-#include "bake/oracle/evaluate.hpp"
 #include "bake/oracle/prepare.hpp"
+#include "bake/reference_answers.hpp"
 #include "bake/steps.hpp"
 #include "formats/nif/reader.hpp"
 #include "formats/nif/writer.hpp"

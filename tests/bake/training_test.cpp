@@ -6,8 +6,9 @@
 
 #include "bake/network/trainer.hpp"
 #include "bake/network/trainer_kernels.hpp"
-#include "bake/oracle/evaluate.hpp"
+#include "bake/reference_answers.hpp"
 #include "formats/base/status.hpp"
+#include "kernels/reference/planes/walk.hpp"
 #include "tests/bake/training_fault.hpp"
 #include "tests/support/occupied_object.hpp"
 #include "tests/support/shapes.hpp"

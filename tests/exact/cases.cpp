@@ -12,6 +12,7 @@
 #include "formats/base/status.hpp"
 #include "tests/exact/judge.hpp"
 #include "tests/exact/skewed.hpp"
+#include "tests/support/to_world.hpp"
 
 namespace nif::test {
 namespace {
@@ -229,7 +230,7 @@ std::vector<Finding> judge(const Case& one, const std::vector<Way>& ways, uint32
   const Judge judge(one.hostile.mesh, one.hostile.closed);
   // In the world, and in a world that the transform leads to.
   std::vector<NifRay> moved;
-  for (const NifRay& ray : one.rays) moved.push_back(through(one.transform, ray));
+  for (const NifRay& ray : one.rays) moved.push_back(to_world(ray, one.transform));
   Looks looks(judge, one.rays.size());
   std::vector<std::optional<Said>> base(kPlaced);
   for (const Way& way : ways) {

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "tests/support/to_world.hpp"
+
 namespace nif::test {
 namespace {
 
@@ -32,20 +34,6 @@ Skew draw_skew(Random& random) {
 
 }  // namespace
 
-NifRay through(const Transform& m, const NifRay& ray) {
-  NifRay moved = ray;
-  for (size_t a = 0; a < 3; ++a) {
-    double origin = double(m[4 * a + 3]), direction = 0;
-    for (size_t b = 0; b < 3; ++b) {
-      origin += double(m[4 * a + b]) * double(ray.origin[b]);
-      direction += double(m[4 * a + b]) * double(ray.direction[b]);
-    }
-    moved.origin[a] = float(origin);
-    moved.direction[a] = float(direction);
-  }
-  return moved;
-}
-
 SkewedSheet draw_skewed_sheet(double cell, uint32_t rays, Random& random) {
   constexpr double kSize = 10;
   // Planes are certain of what comes from up to 16,384 cells away.
@@ -73,7 +61,7 @@ SkewedSheet draw_skewed_sheet(double cell, uint32_t rays, Random& random) {
       ray.direction[0] = float((random.uniform(0.05, 0.95) * kSize + double(low)) * times);
       ray.direction[1] = float((random.uniform(0.05, 0.95) * kSize + double(low)) * times);
       ray.direction[2] = float((double(level) - double(ray.origin[2])) * times);
-      const NifRay world = through(out.transform, ray);
+      const NifRay world = to_world(ray, out.transform);
       const float *d = world.direction, *o = world.origin;
       const double exact = skew.slope() * (double(d[0]) + double(d[1])) - skew.steep() * double(d[2]);
       const float rounded = (slope * d[0] + slope * d[1]) + -steep * d[2];

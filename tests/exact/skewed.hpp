@@ -7,9 +7,6 @@
 
 namespace nif::test {
 
-/// A ray of object space in the world, rounded to floats.
-NifRay through(const Transform& m, const NifRay& ray);
-
 /// A sheet thousands of cells from the origin of its space, about which it is skewed as far as answers may be
 /// certain. Rays come from that origin and end a little behind the sheet. They are those, of many, that the
 /// way back to object space shortens most by rounding, so that they end before it.

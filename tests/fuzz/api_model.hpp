@@ -155,26 +155,6 @@ struct Piecewise {
   }
 };
 
-/// All outputs of a query.
-struct Answers {
-  explicit Answers(size_t count)
-      : visible(count), bits(count / 8 + 1), certain(count), probability(count), logit(count) {}
-  NifAnswers outputs() {
-    NifAnswers to{};
-    to.struct_size = sizeof(to);
-    to.visible = visible.data();
-    to.visible_bits = bits.data();
-    to.certain = certain.data();
-    to.probability = probability.data();
-    to.logit = logit.data();
-    return to;
-  }
-  bool operator==(const Answers&) const = default;
-  std::vector<uint8_t> visible, bits, certain;
-  std::vector<float> probability;
-  std::vector<int32_t> logit;
-};
-
 /// Arguments that the input spells.
 class Drawn {
  protected:

@@ -10,6 +10,7 @@
 
 #include "tests/fuzz/api_model.hpp"
 #include "tests/support/first_hits.hpp"
+#include "tests/support/query_answers.hpp"
 
 namespace {
 
@@ -440,9 +441,7 @@ class Session : Drawn {
     }
 
     FirstHits hits(count);
-    std::vector<uint64_t> users(count);
-    NifHits to_hits = hits.outputs();
-    to_hits.user = users.data();
+    const NifHits to_hits = hits.outputs();
     must(nifIntersect(scene.handle, &query, &to_hits) == NIF_OK);
 
     for (size_t i = 0; i < count; ++i) {
@@ -453,9 +452,9 @@ class Session : Drawn {
       if (hits.hit[i]) {
         const uint32_t instance = hits.instance[i];
         must(instance < scene.instances.size() && scene.instances[instance].lets_in(mask_of(i)));
-        must(users[i] == scene.instances[instance].user);
+        must(hits.user[i] == scene.instances[instance].user);
       } else {
-        must(hits.instance[i] == NIF_NONE && hits.t[i] == INFINITY && users[i] == 0);
+        must(hits.instance[i] == NIF_NONE && hits.t[i] == INFINITY && hits.user[i] == 0);
       }
       must(!(hits.high[i] < hits.low[i]));
       must(!is_open[i] || !answers.certain[i]);

@@ -2,7 +2,7 @@
 // field by the pipeline, with the matrix instructions of each target in turn, and for a baked BVH, an `exact`
 // object and a `proof` object; fewer for a field by the one kernel, and for a field of the paper's kind, in
 // both precisions.
-// tools/measure/emulate_sets.sh asks every variant, on any asset.
+// tests/measure/emulate_sets.sh asks every variant, on any asset.
 #include <gtest/gtest.h>
 
 #include "tests/gpu/baked.hpp"

@@ -9,6 +9,7 @@
 
 #include "formats/nif/reader.hpp"
 #include "formats/nif/writer.hpp"
+#include "tests/support/query_answers.hpp"
 #include "tests/support/random_asset.hpp"
 
 namespace nif::test {
@@ -76,30 +77,6 @@ inline kernels::Segment to_segment(const NifRay& r) {
           r.tmin,
           r.tmax};
 }
-
-/// All outputs of one query, in arrays of their exact lengths.
-struct Answers {
-  explicit Answers(size_t count)
-      : visible(count, 0xcc),
-        bits((count + 7) / 8, 0xcc),
-        certain(count, 0xcc),
-        probability(count, -1),
-        logit(count) {}
-  NifAnswers outputs() {
-    auto to = nifkit::sized<NifAnswers>();
-    to.visible = visible.data();
-    to.visible_bits = bits.data();
-    to.certain = certain.data();
-    to.probability = probability.data();
-    to.logit = logit.data();
-    return to;
-  }
-  bool operator==(const Answers&) const = default;
-
-  std::vector<uint8_t> visible, bits, certain;
-  std::vector<float> probability;
-  std::vector<int32_t> logit;
-};
 
 /// For one ray: only whether it is visible.
 inline NifAnswers only_visible(uint8_t* visible) {

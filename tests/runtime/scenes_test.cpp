@@ -3,26 +3,12 @@
 #include <limits>
 
 #include "tests/runtime/plain_scene.hpp"
+#include "tests/support/to_world.hpp"
 
 namespace nif::test {
 namespace {
 
 class Scenes : public RuntimeTest {};
-
-/// Transforms the ray; exact if the transform's numbers are powers of two or it permutes axes.
-NifRay moved(const NifRay& ray, const Matrix& m) {
-  NifRay result = ray;
-  for (size_t row = 0; row < 3; ++row) {
-    double o = double(m[4 * row + 3]), d = 0;
-    for (size_t k = 0; k < 3; ++k) {
-      o += double(m[4 * row + k]) * double(ray.origin[k]);
-      d += double(m[4 * row + k]) * double(ray.direction[k]);
-    }
-    result.origin[row] = static_cast<float>(o);
-    result.direction[row] = static_cast<float>(d);
-  }
-  return result;
-}
 
 TEST_F(Scenes, TransformsKeepAnswers) {
   // Exact in binary floating point: scaling by powers of two, mirrors, quarter turns.
@@ -39,7 +25,7 @@ TEST_F(Scenes, TransformsKeepAnswers) {
     const Answers plain = query_all(scene_of(asset, 0), rays);
     for (const Matrix& transform : transforms) {
       std::vector<NifRay> world;
-      for (const NifRay& ray : rays) world.push_back(moved(ray, transform));
+      for (const NifRay& ray : rays) world.push_back(to_world(ray, transform));
       const Answers answers = query_all(scene_of(asset, 0, transform.data()), world);
       EXPECT_EQ(answers.visible, plain.visible);
       EXPECT_EQ(answers.logit, plain.logit);
@@ -58,7 +44,7 @@ TEST_F(Scenes, GeneralTransformsAlmostKeepAnswers) {
     for (size_t k = 0; k < 12; ++k) transform[k] += random.between(-0.4f, 0.4f) + (k % 4 == 3 ? 50.0f : 0.0f);
     const auto rays = random_rays(random, view.objects[1].as<kernels::SegmentField>(), 1000);
     std::vector<NifRay> world;
-    for (const NifRay& ray : rays) world.push_back(moved(ray, transform));
+    for (const NifRay& ray : rays) world.push_back(to_world(ray, transform));
     const Answers plain = query_all(scene_of(asset, 1), rays);
     const Answers answers = query_all(scene_of(asset, 1, transform.data()), world);
     for (size_t i = 0; i < rays.size(); ++i) {
@@ -78,7 +64,7 @@ TEST_F(Scenes, NothingIsCertainWherePrecisionIsLost) {
   const auto rays = random_rays(random, view.objects[0].as<kernels::SegmentField>(), 500);
   const auto certain_with = [&](const Matrix& transform, const Matrix& of_rays) {
     std::vector<NifRay> world;
-    for (const NifRay& ray : rays) world.push_back(moved(ray, of_rays));
+    for (const NifRay& ray : rays) world.push_back(to_world(ray, of_rays));
     const Answers answers = query_all(scene_of(asset, 0, transform.data()), world);
     return std::count(answers.certain.begin(), answers.certain.end(), 1);
   };

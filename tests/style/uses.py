@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Do folders include only what docs/architecture.md says that they may use?
 
-The page's table "Folders" has a row for each folder, whose last column names the folders that it may use. A file of a
-folder may include what is in that folder, in those, and in what those may use. Prints each include that breaks this.
-Ends with 77 outside a git work tree.
+The page's table "Folders" has a row for each folder, whose last column names the folders and headers that it may use. A
+file of a folder may include what is in that folder and in those; a header that is named by itself may in turn include only
+what the folder may. Prints each include that breaks this. Ends with 77 outside a git work tree.
 """
 import re
 import subprocess
@@ -13,7 +13,7 @@ PAGE = "docs/architecture.md"
 
 
 def read_table():
-    """{folder: set of folders} of the table's rows, in its order; None: all folders of the rows before."""
+    """{folder: set of folders and headers} of the table's rows, in its order."""
     rows = {}
     text = open(PAGE, encoding="utf-8").read()
     table = text[text.index("| folder | what is in it | may use |"):]
@@ -22,7 +22,7 @@ def read_table():
         names = re.findall(r"`([a-z_/0-9]+?)/?`", folder)
         if not names:
             continue
-        used = set(re.findall(r"`([a-z_/0-9]+?)/?`", uses))
+        used = set(re.findall(r"`([a-z_/0-9]+?(?:\.hp?p?)?)/?`", uses))
         rows[names[0]] = used | set(rows) if "all of the above" in uses else used
     return rows
 
@@ -33,14 +33,27 @@ def owner(path, folders):
     return max(inside, key=len, default=None)
 
 
-def allowed(folder, rows, seen=None):
-    """The folder, and all that it may use, directly or not."""
-    seen = set() if seen is None else seen
-    if folder not in seen:
-        seen.add(folder)
-        for used in rows.get(folder, ()):
-            allowed(used, rows, seen)
-    return seen
+def includes(file, known):
+    """(line number, path) of each of our files that a file includes."""
+    for number, line in enumerate(open(file, encoding="utf-8"), 1):
+        found = re.match(r'\s*#\s*include\s+["<]([^">]+)[">]', line)
+        if not found:
+            continue
+        # As compilers are told to look: from the top, beside the file, and in the runtime's own folders.
+        tried = [found[1], file.rsplit("/", 1)[0] + "/" + found[1],
+                 "runtime/src/" + found[1], "runtime/gpu/" + found[1], "runtime/include/" + found[1]]
+        target = next((path for path in tried if path in known), None)
+        if target is not None:
+            yield number, target
+
+
+def breaches(file, may, known):
+    """The same of those that are in none of the folders and headers that the file may use."""
+    for number, target in includes(file, known):
+        if target in may:
+            yield from ((number, far) for _, far in breaches(target, may, known))
+        elif not any(target.startswith(used + "/") for used in may):
+            yield number, target
 
 
 def main():
@@ -55,17 +68,7 @@ def main():
         folder = owner(file, rows)
         if folder is None:
             continue
-        may = allowed(folder, rows)
-        for number, line in enumerate(open(file, encoding="utf-8"), 1):
-            found = re.match(r'\s*#\s*include\s+["<]([^">]+)[">]', line)
-            if not found:
-                continue
-            # As compilers are told to look: from the top, beside the file, and in the runtime's own folders.
-            tried = [found[1], file.rsplit("/", 1)[0] + "/" + found[1],
-                     "runtime/src/" + found[1], "runtime/gpu/" + found[1], "runtime/include/" + found[1]]
-            target = next((path for path in tried if path in known), None)
-            if target is None or any(target.startswith(used + "/") for used in may):
-                continue
+        for number, target in breaches(file, {folder} | rows[folder], known):
             print(f"{file}:{number}: {folder} may not use {target} ({PAGE})")
             wrong += 1
     if len(rows) < 12 or wrong:

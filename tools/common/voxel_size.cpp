@@ -2,7 +2,7 @@
 // eval --hits` uses it to state distances in voxels.
 #include "tools/common/voxel_size.hpp"
 
-#include "bake/oracle/hits.hpp"
+#include "bake/reference_answers.hpp"
 #include "formats/nif/file_memory.hpp"
 #include "formats/nif/reader.hpp"
 

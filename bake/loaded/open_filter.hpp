@@ -6,9 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "kernels/cpu/shared_copies.hpp"
 #include "kernels/reference/network/field.hpp"
-#include "kernels/reference/object_kernel.hpp"
 #include "kernels/reference/ray.hpp"
 
 namespace nif::bake {
@@ -25,10 +23,10 @@ class OpenFilter {
 
  private:
   struct BlankNetwork;
+  struct FastKernel;
   kernels::SegmentField field_;
   std::unique_ptr<BlankNetwork> network_;
-  kernels::cpu::SharedCopies copies_;
-  kernels::KernelPointer kernel_;  ///< none if there is no kernel for this machine
+  std::unique_ptr<FastKernel> fast_;  ///< none if there is none for this machine
 };
 
 }  // namespace nif::bake

@@ -1,6 +1,6 @@
 // Runs the GPU kernels in the emulator on rays of every named set of an asset's own mesh, and counts answers
 // that differ from the reference's; for `spherical` objects also in half precision, where some may. Run by
-// tools/measure/emulate_sets.sh.
+// tests/measure/emulate_sets.sh.
 //
 //   emulate_sets ASSET.nif MESH [RAYS]
 #include <algorithm>

@@ -1,12 +1,14 @@
 // Finds open segments with the fastest CPU kernel and a tiny network of zeros. An answer that is not certain
 // means that the network was evaluated, so the segment is open. If there is no such kernel, the reference
 // traverses instead.
-#include "bake/network/open_filter.hpp"
+#include "bake/loaded/open_filter.hpp"
 
 #include <algorithm>
 
 #include "kernels/cpu/encodings/segment.hpp"
+#include "kernels/cpu/shared_copies.hpp"
 #include "kernels/reference/batch.hpp"
+#include "kernels/reference/object_kernel.hpp"
 #include "kernels/reference/planes/walk.hpp"
 
 namespace nif::bake {
@@ -19,6 +21,11 @@ struct OpenFilter::BlankNetwork {
   std::vector<int32_t> biases = std::vector<int32_t>(1);
 };
 
+struct OpenFilter::FastKernel {
+  kernels::cpu::SharedCopies copies;
+  kernels::KernelPointer kernel;
+};
+
 OpenFilter::OpenFilter(const kernels::SegmentField& field)
     : field_(field), network_(std::make_unique<BlankNetwork>()) {
   const uint32_t inputs = kernels::input_count(field.samples, field.features_per_corner);
@@ -29,7 +36,8 @@ OpenFilter::OpenFilter(const kernels::SegmentField& field)
   using kernels::cpu::Isa;
   for (const Isa isa : {Isa::avx512, Isa::avx2, Isa::sse4, Isa::neon}) {
     if (!kernels::cpu::available(isa)) continue;
-    kernel_ = kernels::cpu::make_kernel(field_, {isa, std::pmr::new_delete_resource(), copies_});
+    fast_ = std::make_unique<FastKernel>();
+    fast_->kernel = kernels::cpu::make_kernel(field_, {isa, std::pmr::new_delete_resource(), fast_->copies});
     break;
   }
 }
@@ -37,7 +45,7 @@ OpenFilter::OpenFilter(const kernels::SegmentField& field)
 OpenFilter::~OpenFilter() = default;
 
 void OpenFilter::select(std::span<const Segment> segments, std::vector<uint32_t>& open) const {
-  if (!kernel_) {
+  if (!fast_) {
     kernels::Walk walk;
     for (uint32_t i = 0; i < segments.size(); ++i) {
       kernels::walk_segment(field_, segments[i], walk);
@@ -56,7 +64,7 @@ void OpenFilter::select(std::span<const Segment> segments, std::vector<uint32_t>
         segments.subspan(first, std::min<size_t>(kernels::kBatchRays, segments.size() - first));
     work->batch.count = uint32_t(part.size());
     for (uint32_t i = 0; i < part.size(); ++i) kernels::set_segment(work->batch, i, part[i]);
-    kernel_->answer(work->batch, work->answers, work->scratch);
+    fast_->kernel->answer(work->batch, work->answers, work->scratch);
     for (uint32_t i = 0; i < part.size(); ++i) {
       const int32_t logit = work->answers.logit[i];
       if (logit != kernels::kCertainLogit && logit != -kernels::kCertainLogit)

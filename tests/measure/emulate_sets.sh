@@ -8,9 +8,9 @@
 # much probabilities (dp) and log-odds (dz) move, and answers that are farther off than the arithmetic allows (beyond). Needs
 # no GPU.
 #
-#   tools/measure/emulate_sets.sh ASSET.nif MESH [RAYS]     RAYS: per set, 1000000 by default
+#   tests/measure/emulate_sets.sh ASSET.nif MESH [RAYS]     RAYS: per set, 1000000 by default
 #
-#   tools/measure/emulate_sets.sh build/sample/stanford_dragon.nif build/sample/stanford_dragon.ply.gz
+#   tests/measure/emulate_sets.sh build/sample/stanford_dragon.nif build/sample/stanford_dragon.ply.gz
 #
 # Exits with 0 only if no answer differs, and none is beyond in half precision. Builds build/release if necessary.
 set -euo pipefail

@@ -1,0 +1,45 @@
+// Which exact form an object gets if it has several, and objects that become exact because no learned form is
+// good enough.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "bake/steps.hpp"
+
+namespace nif::bake {
+
+void choose_least_work(BakeRun& run, Candidate& candidate, const RaySource& source) {
+  run.show(BakeProgress::Stage::choosing, candidate, 0.5);
+  std::vector<std::pair<double, size_t>> works;
+  for (const size_t e : candidate.exact_forms()) works.emplace_back(candidate.count_work(e, source), e);
+  std::sort(works.begin(), works.end());
+  const size_t before = candidate.chosen();
+  for (const auto& [work, e] : works) {
+    candidate.choose(e);
+    if (e == before || run.fits()) break;
+  }
+  const auto& [least, best] = works[0];
+  const auto& [more, other] = works[1];
+  if (candidate.chosen() != best) return;
+  const bool automatic = run.options.encoding == kAutomatic;
+  if (!automatic && best == before) return;
+  const std::string why = fmt::format("less work as {} than as {}: {:.0f} and {:.0f} ns a ray, counted",
+                                      run.encoders[best]->noun(), run.encoders[other]->noun(), least, more);
+  std::string& reason = candidate.report.reason;
+  reason = automatic ? reason + "; " + why : why;
+}
+
+bool make_exact(BakeRun& run, Candidate& candidate, const RaySource& source, const std::string& why) {
+  const size_t learned = candidate.chosen();
+  if (candidate.exact_forms().empty() && !candidate.lay_out_exact(kNoBudget)) return false;
+  candidate.choose(*candidate.smallest_exact());
+  if (!run.fits()) {
+    candidate.choose(learned);
+    return false;
+  }
+  candidate.report.reason = "exact: " + why;
+  if (candidate.exact_forms().size() > 1) choose_least_work(run, candidate, source);
+  return true;
+}
+
+}  // namespace nif::bake
