@@ -1,58 +1,63 @@
-// Picks a kernel's version for an instruction set. For sources that are compiled for each target: include it
-// once, after <hwy/highway.h>.
+// Picks a kernel's functions for an instruction set. For sources that are compiled for each target: include
+// it once, after <hwy/highway.h>.
 #pragma once
 
-#include "kernels/cpu/isa.hpp"
+#include "kernels/cpu/simd_kernel.hpp"
 
 #if HWY_TARGETS & HWY_SSE4
-#define NIF_IF_SSE4(function) N_SSE4::function
+#define NIF_IF_SSE4(functions) &N_SSE4::functions
 #else
-#define NIF_IF_SSE4(function) nullptr
+#define NIF_IF_SSE4(functions) nullptr
 #endif
 #if HWY_TARGETS & HWY_AVX2
-#define NIF_IF_AVX2(function) N_AVX2::function
+#define NIF_IF_AVX2(functions) &N_AVX2::functions
 #else
-#define NIF_IF_AVX2(function) nullptr
+#define NIF_IF_AVX2(functions) nullptr
 #endif
 #if HWY_TARGETS & HWY_AVX3
-#define NIF_IF_AVX512(function) N_AVX3::function
+#define NIF_IF_AVX512(functions) &N_AVX3::functions
 #else
-#define NIF_IF_AVX512(function) nullptr
+#define NIF_IF_AVX512(functions) nullptr
 #endif
 #if HWY_ARCH_ARM_A64 && HWY_TARGETS & HWY_NEON
-#define NIF_IF_NEON(function) N_NEON::function
+#define NIF_IF_NEON(functions) &N_NEON::functions
 #else
-#define NIF_IF_NEON(function) nullptr
+#define NIF_IF_NEON(functions) nullptr
 #endif
 #if HWY_TARGETS & HWY_WASM
-#define NIF_IF_WASM(function) N_WASM::function
+#define NIF_IF_WASM(functions) &N_WASM::functions
 #else
-#define NIF_IF_WASM(function) nullptr
+#define NIF_IF_WASM(functions) nullptr
 #endif
 
-/// A pointer to the version of `function` for the instruction set, which must be available().
-#define NIF_KERNEL_FOR(Pointer, function, isa)                                                   \
-  ::nif::kernels::cpu::choose_kernel<Pointer>(isa, NIF_IF_SSE4(function), NIF_IF_AVX2(function), \
-                                              NIF_IF_AVX512(function), NIF_IF_NEON(function),    \
-                                              NIF_IF_WASM(function))
+/// The SimdFunctions<Packed> that each target's namespace has under the given name, for an instruction set that
+/// is available().
+#define NIF_FUNCTIONS_FOR(Packed, functions, isa)                                                 \
+  ::nif::kernels::cpu::functions_for<Packed>(isa, NIF_IF_SSE4(functions), NIF_IF_AVX2(functions), \
+                                             NIF_IF_AVX512(functions), NIF_IF_NEON(functions),    \
+                                             NIF_IF_WASM(functions))
 
 namespace nif::kernels::cpu {
 
-template <class Pointer>
-Pointer choose_kernel(Isa isa, Pointer sse4, Pointer avx2, Pointer avx512, Pointer neon, Pointer wasm) {
+template <class Packed>
+const SimdFunctions<Packed>& functions_for(Isa isa, const SimdFunctions<Packed>* sse4,
+                                           const SimdFunctions<Packed>* avx2,
+                                           const SimdFunctions<Packed>* avx512,
+                                           const SimdFunctions<Packed>* neon,
+                                           const SimdFunctions<Packed>* wasm) {
   switch (isa) {
     case Isa::sse4:
-      return sse4;
+      return *sse4;
     case Isa::avx2:
-      return avx2;
+      return *avx2;
     case Isa::avx512:
-      return avx512;
+      return *avx512;
     case Isa::neon:
-      return neon;
+      return *neon;
     case Isa::wasm:
-      return wasm;
+      break;
   }
-  return nullptr;
+  return *wasm;
 }
 
 }  // namespace nif::kernels::cpu

@@ -2,6 +2,8 @@
 // for the instruction set. The traversal is in traverse-inl.hpp because `exact` uses it, too.
 #include "kernels/cpu/encodings/bvh.hpp"
 
+#include "kernels/cpu/simd_kernel.hpp"
+#include "kernels/cpu/triangles/tree.hpp"
 #include "kernels/reference/batch.hpp"
 #include "kernels/reference/triangles/hit.hpp"
 
@@ -43,6 +45,8 @@ void intersect_bvh(const BvhTree& tree, const SegmentBatch& batch, const float* 
   traverse_whole_to_hits(tree, batch, limit, hits, s.ends, s.hits);
 }
 
+constexpr SimdFunctions<BvhTree> kBvhFunctions = {.answer = answer_bvh, .intersect = intersect_bvh};
+
 }  // namespace nif::kernels::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 #endif  // HWY_TARGET
@@ -52,18 +56,9 @@ HWY_AFTER_NAMESPACE();
 
 namespace nif::kernels::cpu {
 
-SimdBvhKernel::SimdBvhKernel(const TrianglesField& field, const KernelOptions& options)
-    : tree_(tree_of(field)),
-      answer_(NIF_KERNEL_FOR(Answer, answer_bvh, options.isa)),
-      intersect_(NIF_KERNEL_FOR(Intersect, intersect_bvh, options.isa)) {}
-
-void SimdBvhKernel::answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const {
-  answer_(tree_, batch, answers, scratch);
-}
-
-void SimdBvhKernel::intersect(const SegmentBatch& batch, const float* limit, HitBatch& hits,
-                              void* scratch) const {
-  intersect_(tree_, batch, limit, hits, scratch);
+KernelPointer make_kernel(const TrianglesField& field, const KernelOptions& options) {
+  return hold_kernel<SimdKernel<BvhTree>>(
+      options.memory, NIF_FUNCTIONS_FOR(BvhTree, kBvhFunctions, options.isa), [&] { return tree_of(field); });
 }
 
 }  // namespace nif::kernels::cpu

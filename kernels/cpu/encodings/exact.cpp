@@ -3,6 +3,7 @@
 // only, and hard rays go to the reference.
 #include "kernels/cpu/encodings/exact.hpp"
 
+#include "kernels/cpu/simd_kernel.hpp"
 #include "kernels/reference/batch.hpp"
 #include "kernels/reference/encodings/exact.hpp"
 
@@ -16,7 +17,7 @@
 
 // For a single lane there is the reference.
 #if HWY_TARGET != HWY_SCALAR
-#include "kernels/cpu/planes/walk-inl.hpp"
+#include "kernels/cpu/planes/grid_traversal-inl.hpp"
 #include "kernels/cpu/triangles/traverse-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -50,7 +51,7 @@ HWY_INLINE void leave_to_triangles(const ExactField& field, const Segment& segme
 
 struct ExactScratch {
   RayTable rays;
-  HullLog log;
+  OpenRangeLog log;
   HardRays hard;
   // Rays that are left to the triangles, and the interval in which boxes count for each.
   SegmentBatch left;
@@ -79,7 +80,7 @@ HWY_INLINE void answer_left(const PackedExactField& packed, const SegmentBatch& 
 
 struct ExactHitScratch {
   RayTable rays;
-  FirstLog log;
+  FirstHitRangeLog log;
   HardRays hard;
   // Rays that do not certainly miss, and the interval in which boxes count for each.
   SegmentBatch left;
@@ -113,9 +114,9 @@ void intersect_exact(const PackedExactField& packed, const SegmentBatch& batch, 
       if (s.seen.moved[i])
         set_hit(hits, i, no_hit(certain_bvh(packed.field.triangles, segment_of(batch, i))));
   }
-  Walker walker(packed.field.planes, packed.walk, far ? s.seen.batch : batch, s.bvh.answers, s.rays, s.log,
-                s.hard);
-  while (walker.walk()) {
+  GridTraversal traversal(packed.field.planes, packed.walk, far ? s.seen.batch : batch, s.bvh.answers, s.rays,
+                          s.log, s.hard);
+  while (traversal.fill_log()) {
     s.left.count = s.log.count;
     for (uint32_t k = 0; k < s.log.count; ++k) {
       const uint32_t i = s.log.ray(k);
@@ -147,13 +148,17 @@ void answer_exact(const PackedExactField& packed, const SegmentBatch& batch, Ans
   }
   const bool far = any_far(packed.tree.field, batch);
   if (HWY_UNLIKELY(far)) see(packed.field, batch, s.seen);
-  Walker walker(packed.field.planes, packed.walk, far ? s.seen.batch : batch, answers, s.rays, s.log, s.hard);
-  while (walker.walk()) answer_left(packed, batch, s, answers);
+  GridTraversal traversal(packed.field.planes, packed.walk, far ? s.seen.batch : batch, answers, s.rays,
+                          s.log, s.hard);
+  while (traversal.fill_log()) answer_left(packed, batch, s, answers);
   for (uint32_t i = 0; far && i < batch.count; ++i)
     if (s.seen.moved[i]) answers.certain[i] = certain_bvh(packed.field.triangles, segment_of(batch, i));
   for (uint32_t k = 0; k < s.hard.count; ++k)
     answer_exact_by_reference(packed.field, batch, s.hard.ray[k], answers);
 }
+
+constexpr SimdFunctions<PackedExactField> kExactFunctions = {.answer = answer_exact,
+                                                             .intersect = intersect_exact};
 
 }  // namespace nif::kernels::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -164,19 +169,12 @@ HWY_AFTER_NAMESPACE();
 
 namespace nif::kernels::cpu {
 
-SimdExactKernel::SimdExactKernel(const ExactField& field, const KernelOptions& options)
-    : packed_{field, WalkGrid(field.planes, options.memory, options.most_without_bricks),
-              tree_of(field.triangles)},
-      answer_(NIF_KERNEL_FOR(Answer, answer_exact, options.isa)),
-      intersect_(NIF_KERNEL_FOR(Intersect, intersect_exact, options.isa)) {}
-
-void SimdExactKernel::answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const {
-  answer_(packed_, batch, answers, scratch);
-}
-
-void SimdExactKernel::intersect(const SegmentBatch& batch, const float* limit, HitBatch& hits,
-                                void* scratch) const {
-  intersect_(packed_, batch, limit, hits, scratch);
+KernelPointer make_kernel(const ExactField& field, const KernelOptions& options) {
+  return hold_kernel<SimdKernel<PackedExactField>>(
+      options.memory, NIF_FUNCTIONS_FOR(PackedExactField, kExactFunctions, options.isa), [&] {
+        return PackedExactField{field, WalkGrid(field.planes, options.memory, options.most_without_bricks),
+                                tree_of(field.triangles)};
+      });
 }
 
 }  // namespace nif::kernels::cpu

@@ -14,27 +14,11 @@ struct PackedExactField {
   ExactField field;
   WalkGrid walk;
   BvhTree tree;
+
+  BuiltBytes built_bytes() const { return {walk.resident_bytes(), 0}; }
 };
 
-class SimdExactKernel final : public ObjectKernel {
- public:
-  /// The field's memory must outlive the kernel.
-  SimdExactKernel(const ExactField& field, const KernelOptions& options);
-
-  void answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const override;
-  void intersect(const SegmentBatch& batch, const float* limit, HitBatch& hits, void* scratch) const override;
-  BuiltBytes built_bytes() const override { return {packed_.walk.resident_bytes(), 0}; }
-
- private:
-  using Answer = void (*)(const PackedExactField&, const SegmentBatch&, AnswerBatch&, void*);
-  using Intersect = void (*)(const PackedExactField&, const SegmentBatch&, const float*, HitBatch&, void*);
-  PackedExactField packed_;
-  Answer answer_;
-  Intersect intersect_;
-};
-
-inline KernelPointer make_kernel(const ExactField& field, const KernelOptions& options) {
-  return hold_kernel<SimdExactKernel>(options.memory, field, options);
-}
+/// The field's memory must outlive the kernel.
+KernelPointer make_kernel(const ExactField& field, const KernelOptions& options);
 
 }  // namespace nif::kernels::cpu

@@ -1,8 +1,8 @@
 // Answers `proof` objects with SIMD: compiles the traversal of prove-inl.hpp and hits-inl.hpp for each
-// target. Beware: answer() does not need open intervals, and puts them at the end of the scratch memory,
-// because stacks may be small.
+// target.
 #include "kernels/cpu/encodings/proof.hpp"
 
+#include "kernels/cpu/simd_kernel.hpp"
 #include "kernels/reference/batch.hpp"
 #include "kernels/reference/encodings/proof.hpp"
 #include "kernels/reference/planes/hit.hpp"
@@ -37,6 +37,17 @@ void intersect_proof(const PackedPlanesField& packed, const SegmentBatch& batch,
                  [&](uint32_t i) { return intersect(packed.field, segment_of(batch, i), limit[i]); });
 }
 
+/// The caller did not ask for open intervals. Threads may have small stacks, so they go behind what
+/// prove_proof() uses.
+void answer_proof(const PackedPlanesField& packed, const SegmentBatch& batch, AnswerBatch& answers,
+                  void* memory) {
+  std::byte* const end = static_cast<std::byte*>(memory) + kKernelScratchBytes;
+  prove_proof(packed, batch, answers, *reinterpret_cast<OpenBatch*>(end - sizeof(OpenBatch)), memory);
+}
+
+constexpr SimdFunctions<PackedPlanesField> kProofFunctions = {
+    .answer = answer_proof, .intersect = intersect_proof, .prove = prove_proof};
+
 }  // namespace nif::kernels::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 #endif  // HWY_TARGET
@@ -46,26 +57,11 @@ HWY_AFTER_NAMESPACE();
 
 namespace nif::kernels::cpu {
 
-SimdProofKernel::SimdProofKernel(const PlanesField& field, const KernelOptions& options)
-    : packed_{field, WalkGrid(field, options.memory, options.most_without_bricks)},
-      prove_(NIF_KERNEL_FOR(Prove, prove_proof, options.isa)),
-      intersect_(NIF_KERNEL_FOR(Intersect, intersect_proof, options.isa)) {}
-
-void SimdProofKernel::answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const {
-  // The caller did not ask for open intervals. Threads may have small stacks, so they go behind what prove_
-  // uses.
-  std::byte* const end = static_cast<std::byte*>(scratch) + kKernelScratchBytes;
-  prove_(packed_, batch, answers, *reinterpret_cast<OpenBatch*>(end - sizeof(OpenBatch)), scratch);
-}
-
-void SimdProofKernel::prove(const SegmentBatch& batch, AnswerBatch& answers, OpenBatch& open,
-                            void* scratch) const {
-  prove_(packed_, batch, answers, open, scratch);
-}
-
-void SimdProofKernel::intersect(const SegmentBatch& batch, const float* limit, HitBatch& hits,
-                                void* scratch) const {
-  intersect_(packed_, batch, limit, hits, scratch);
+KernelPointer make_kernel(const PlanesField& field, const KernelOptions& options) {
+  return hold_kernel<SimdKernel<PackedPlanesField>>(
+      options.memory, NIF_FUNCTIONS_FOR(PackedPlanesField, kProofFunctions, options.isa), [&] {
+        return PackedPlanesField{field, WalkGrid(field, options.memory, options.most_without_bricks)};
+      });
 }
 
 }  // namespace nif::kernels::cpu

@@ -11,28 +11,11 @@ namespace nif::kernels::cpu {
 struct PackedPlanesField {
   PlanesField field;
   WalkGrid walk;
+
+  BuiltBytes built_bytes() const { return {walk.resident_bytes(), 0}; }
 };
 
-class SimdProofKernel final : public ObjectKernel {
- public:
-  /// The field's memory must outlive the kernel.
-  SimdProofKernel(const PlanesField& field, const KernelOptions& options);
-
-  void answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const override;
-  void prove(const SegmentBatch& batch, AnswerBatch& answers, OpenBatch& open, void* scratch) const override;
-  void intersect(const SegmentBatch& batch, const float* limit, HitBatch& hits, void* scratch) const override;
-  BuiltBytes built_bytes() const override { return {packed_.walk.resident_bytes(), 0}; }
-
- private:
-  using Prove = void (*)(const PackedPlanesField&, const SegmentBatch&, AnswerBatch&, OpenBatch&, void*);
-  using Intersect = void (*)(const PackedPlanesField&, const SegmentBatch&, const float*, HitBatch&, void*);
-  PackedPlanesField packed_;
-  Prove prove_;
-  Intersect intersect_;
-};
-
-inline KernelPointer make_kernel(const PlanesField& field, const KernelOptions& options) {
-  return hold_kernel<SimdProofKernel>(options.memory, field, options);
-}
+/// The field's memory must outlive the kernel.
+KernelPointer make_kernel(const PlanesField& field, const KernelOptions& options);
 
 }  // namespace nif::kernels::cpu

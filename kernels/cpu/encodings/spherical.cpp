@@ -2,6 +2,7 @@
 // ray and first hits go to the reference.
 #include "kernels/cpu/encodings/spherical.hpp"
 
+#include "kernels/cpu/simd_kernel.hpp"
 #include "kernels/cpu/spherical/single_weights.hpp"
 #include "kernels/reference/batch.hpp"
 #include "kernels/reference/spherical/hit.hpp"
@@ -42,6 +43,9 @@ void answer_spherical(const SphericalField& field, const SegmentBatch& batch, An
   answer_batch(field, batch, answers, memory, clock);
 }
 
+constexpr SimdFunctions<SphericalField> kSphericalFunctions = {.answer = answer_spherical,
+                                                               .intersect = nullptr};
+
 }  // namespace nif::kernels::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 #endif  // HWY_TARGET
@@ -50,20 +54,22 @@ HWY_AFTER_NAMESPACE();
 #include "kernels/cpu/dispatch-inl.hpp"
 
 namespace nif::kernels::cpu {
+namespace {
 
-SimdSphericalKernel::SimdSphericalKernel(const SphericalField& field, const KernelOptions& options)
-    : field_(with_single_weights(field, options.copies)),
-      answer_(NIF_KERNEL_FOR(Answer, answer_spherical, options.isa)) {}
-
-void SimdSphericalKernel::answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const {
-  answer_(field_, batch, answers, scratch);
+void intersect_by_reference(const SphericalField& field, const SegmentBatch& batch, const float* limit,
+                            HitBatch& hits, void*) {
+  intersect_each(batch, limit, hits, [&](const Segment& segment, float nearest) {
+    return kernels::intersect(field, segment, nearest);
+  });
 }
 
-void SimdSphericalKernel::intersect(const SegmentBatch& batch, const float* limit, HitBatch& hits,
-                                    void*) const {
-  intersect_each(batch, limit, hits, [&](const Segment& segment, float nearest) {
-    return kernels::intersect(field_, segment, nearest);
-  });
+}  // namespace
+
+KernelPointer make_kernel(const SphericalField& field, const KernelOptions& options) {
+  auto functions = NIF_FUNCTIONS_FOR(SphericalField, kSphericalFunctions, options.isa);
+  functions.intersect = intersect_by_reference;
+  return hold_kernel<SimdKernel<SphericalField>>(options.memory, functions,
+                                                 [&] { return with_single_weights(field, options.copies); });
 }
 
 }  // namespace nif::kernels::cpu

@@ -2,28 +2,31 @@
 // throughout.
 //
 // Compiled once for each target.
-#if defined(NIF_SEGMENT_NETWORK_INL) == defined(HWY_TARGET_TOGGLE)
-#ifdef NIF_SEGMENT_NETWORK_INL
-#undef NIF_SEGMENT_NETWORK_INL
+#if defined(NIF_NETWORK_NETWORK_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef NIF_NETWORK_NETWORK_INL
+#undef NIF_NETWORK_NETWORK_INL
 #else
-#define NIF_SEGMENT_NETWORK_INL
+#define NIF_NETWORK_NETWORK_INL
 #endif
 
 #include "kernels/cpu/network/packed_field.hpp"
-#include "kernels/cpu/planes/walk-inl.hpp"
+#include "kernels/cpu/planes/grid_traversal-inl.hpp"
 #include "kernels/reference/network/samples.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace nif::kernels::cpu::HWY_NAMESPACE {
 
+/// Intervals of one ray that there is room for. The reference answers rays with more.
+inline constexpr uint32_t kMaxPendingIntervals = 32;
+
 /// Rays for the network to answer next, one per lane.
 struct Pending {
   alignas(64) float origin[3][kLanes];  ///< in grid space, as in the reference
   float direction[3][kLanes];
-  float begin[kMaxPendingRuns][kLanes], end[kMaxPendingRuns][kLanes];  ///< of intervals
-  int32_t heights[kMaxPendingRuns][kLanes];
+  float begin[kMaxPendingIntervals][kLanes], end[kMaxPendingIntervals][kLanes];  ///< of intervals
+  int32_t heights[kMaxPendingIntervals][kLanes];
   float open_t[kLanes];
-  int32_t run_count[kLanes];
+  int32_t interval_count[kLanes];
   int32_t flags[kLanes];  ///< bytes: saw outside, saw inside, starts, ends; 0 or 127 each
 };
 
@@ -127,15 +130,16 @@ HWY_INLINE void place_samples(const SegmentField& field, const Pending& rays, Ne
   const auto spacing = hn::Div(open_t, hn::Set(d, float(count)));
   // Arc length at which each interval starts, summed up as the reference does. A point at arc length s is in
   // the last interval that starts before s, because no interval has negative length.
-  const auto run_count = hn::Load(di, rays.run_count);
-  uint32_t runs = 1;
-  alignas(64) float run_start[kMaxPendingRuns][kLanes];
+  const auto interval_count = hn::Load(di, rays.interval_count);
+  uint32_t intervals = 1;
+  alignas(64) float interval_start[kMaxPendingIntervals][kLanes];
   auto start = zero;
-  for (; runs < kMaxPendingRuns; ++runs) {
-    const auto more = hn::RebindMask(d, hn::Gt(run_count, hn::Set(di, int32_t(runs))));
+  for (; intervals < kMaxPendingIntervals; ++intervals) {
+    const auto more = hn::RebindMask(d, hn::Gt(interval_count, hn::Set(di, int32_t(intervals))));
     if (hn::AllFalse(d, more)) break;
-    start = hn::Add(start, hn::Sub(hn::Load(d, rays.end[runs - 1]), hn::Load(d, rays.begin[runs - 1])));
-    hn::Store(hn::IfThenElse(more, start, hn::Set(d, kNever)), d, run_start[runs]);
+    start =
+        hn::Add(start, hn::Sub(hn::Load(d, rays.end[intervals - 1]), hn::Load(d, rays.begin[intervals - 1])));
+    hn::Store(hn::IfThenElse(more, start, hn::Set(d, kNever)), d, interval_start[intervals]);
   }
   const Words dw;
   uint32_t(*const height_words)[kLanes] = out.inputs + count * field.features_per_corner / 4;
@@ -145,17 +149,17 @@ HWY_INLINE void place_samples(const SegmentField& field, const Pending& rays, Ne
     const auto rank =
         hn::IfThenElse(reversed, hn::Set(d, float(count - 1 - j) + 0.5f), hn::Set(d, float(j) + 0.5f));
     const auto s = hn::Mul(rank, spacing);
-    auto begin = hn::Load(d, rays.begin[0]), end = hn::Load(d, rays.end[0]), run_from = zero;
+    auto begin = hn::Load(d, rays.begin[0]), end = hn::Load(d, rays.end[0]), interval_from = zero;
     auto heights = hn::Load(di, rays.heights[0]);
-    for (uint32_t r = 1; r < runs; ++r) {
-      const auto from = hn::Load(d, run_start[r]);
+    for (uint32_t r = 1; r < intervals; ++r) {
+      const auto from = hn::Load(d, interval_start[r]);
       const auto later = hn::Gt(s, from);
-      run_from = hn::IfThenElse(later, from, run_from);
+      interval_from = hn::IfThenElse(later, from, interval_from);
       begin = hn::IfThenElse(later, hn::Load(d, rays.begin[r]), begin);
       end = hn::IfThenElse(later, hn::Load(d, rays.end[r]), end);
       heights = hn::IfThenElse(hn::RebindMask(di, later), hn::Load(di, rays.heights[r]), heights);
     }
-    const auto t = hn::Min(hn::Add(begin, hn::Sub(s, run_from)), end);
+    const auto t = hn::Min(hn::Add(begin, hn::Sub(s, interval_from)), end);
     const auto low = hn::ConvertTo(d, hn::And(heights, hn::Set(di, 255))),
                high = hn::ConvertTo(d, hn::ShiftRight<8>(heights));
     const auto share = hn::Div(hn::Sub(t, begin), hn::Sub(end, begin));
@@ -379,18 +383,20 @@ HWY_INLINE hn::Vec<Ints> evaluate_network(const Network& network, NetworkInputs&
 }
 
 /// Takes up to kLanes open rays, starting with number k.
-HWY_INLINE void take_open(const SegmentField& field, const SegmentBatch& batch, const WalkLog& log,
-                          const OpenRays& open, uint32_t k, Pending& rays) {
+HWY_INLINE void take_open(const SegmentField& field, const SegmentBatch& batch, const IntervalLog& log,
+                          uint32_t k, Pending& rays) {
   const Floats d;
   const Ints di;
-  const auto present = hn::FirstN(d, open.count - k);
+  const OpenIntervals& open = log.open;
+  const auto present = hn::FirstN(d, log.count - k);
   const auto present_int = hn::RebindMask(di, present);
   const auto if_present = [&](hn::Vec<Ints> v) { return hn::IfThenElseZero(present_int, v); };
   // Lanes beyond the last ray: an interval without length, anywhere in the grid.
   const auto info = if_present(hn::Load(di, log.end_info + k));
   const auto ray = hn::ShiftRight<kRayShift>(info);
   const auto flags = hn::GatherIndex(di, log.flags, ray);
-  const auto runs = if_present(hn::Load(di, open.runs + k)), first = if_present(hn::Load(di, open.first + k));
+  const auto intervals = if_present(hn::Load(di, open.cells + k)),
+             first = if_present(hn::Load(di, open.first + k));
 
   const auto scale = hn::Set(d, field.cells_per_unit);
   for (uint32_t a = 0; a < 3; ++a) {
@@ -402,10 +408,10 @@ HWY_INLINE void take_open(const SegmentField& field, const SegmentBatch& batch, 
     hn::Store(hn::IfThenElseZero(hn::AndNot(flat, present), hn::Mul(direction, scale)), d, rays.direction[a]);
   }
 
-  const auto run_count = hn::Min(runs, hn::Set(di, int32_t(kMaxPendingRuns)));
+  const auto interval_count = hn::Min(intervals, hn::Set(di, int32_t(kMaxPendingIntervals)));
   auto open_t = hn::Zero(d), last_end = hn::Zero(d);
-  for (uint32_t r = 0; r < kMaxPendingRuns; ++r) {
-    const auto in_use_int = hn::Gt(run_count, hn::Set(di, int32_t(r)));
+  for (uint32_t r = 0; r < kMaxPendingIntervals; ++r) {
+    const auto in_use_int = hn::Gt(interval_count, hn::Set(di, int32_t(r)));
     const auto in_use = hn::RebindMask(d, in_use_int);
     if (r > 0 && hn::AllFalse(d, in_use)) break;
     const auto number = hn::IfThenElseZero(in_use_int, hn::Add(first, hn::Set(di, int32_t(r))));
@@ -418,7 +424,7 @@ HWY_INLINE void take_open(const SegmentField& field, const SegmentBatch& batch, 
     last_end = hn::IfThenElse(in_use, end, last_end);
   }
   hn::Store(open_t, d, rays.open_t);
-  hn::Store(run_count, di, rays.run_count);
+  hn::Store(interval_count, di, rays.interval_count);
 
   const auto when = [&](auto condition, int32_t value) {
     return hn::IfThenElseZero(condition, hn::Set(di, value));
@@ -437,13 +443,12 @@ HWY_INLINE void take_open(const SegmentField& field, const SegmentBatch& batch, 
 
 /// Answers what the traversal left open, and adds rays with too many intervals to the hard rays.
 template <bool kAvxVnni>
-HWY_INLINE void answer_open(const PackedField& field, const SegmentBatch& batch, const WalkLog& log,
-                            const OpenRays& open, Pending& rays, NetworkInputs& work, AnswerBatch& answers,
-                            HardRays& hard) {
+HWY_INLINE void answer_open(const PackedField& field, const SegmentBatch& batch, const IntervalLog& log,
+                            Pending& rays, NetworkInputs& work, AnswerBatch& answers, HardRays& hard) {
   const Ints di;
-  for (uint32_t k = 0; k < open.count; k += kLanes) {
-    const uint32_t count = std::min(kLanes, open.count - k);
-    take_open(field, batch, log, open, k, rays);
+  for (uint32_t k = 0; k < log.count; k += kLanes) {
+    const uint32_t count = std::min(kLanes, log.count - k);
+    take_open(field, batch, log, k, rays);
     place_samples(field, rays, work);
     if (field.features_per_corner == 2)
       gather_pairs(field, count, work);
@@ -452,10 +457,11 @@ HWY_INLINE void answer_open(const PackedField& field, const SegmentBatch& batch,
     alignas(64) int32_t logits[kLanes];
     hn::Store(evaluate_network<kAvxVnni>(field.network, work), di, logits);
     for (uint32_t lane = 0; lane < count; ++lane) {
-      const auto ray = uint32_t(log.end_info[k + lane] >> kRayShift);
+      const auto ray = log.ray(k + lane);
       answers.logit[ray] = logits[lane];
       answers.certain[ray] = 0;
-      if (HWY_UNLIKELY(open.runs[k + lane] > int32_t(kMaxPendingRuns))) hard.ray[hard.count++] = ray;
+      if (HWY_UNLIKELY(log.open.cells[k + lane] > int32_t(kMaxPendingIntervals)))
+        hard.ray[hard.count++] = ray;
     }
   }
 }

@@ -16,6 +16,8 @@ struct PackedField : SegmentField {
   FeatureGrid corners_by_brick;
   WalkGrid walk;
   bool reads_field;  ///< if corners_by_brick is not complete
+
+  BuiltBytes built_bytes() const { return {walk.resident_bytes(), corners_by_brick.resident_bytes()}; }
 };
 
 /// Both features of a corner; 0 if it has none.

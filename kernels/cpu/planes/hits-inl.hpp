@@ -3,14 +3,14 @@
 // defines the hits.
 //
 // Compiled once for each target.
-#if defined(NIF_PROOF_HITS_INL) == defined(HWY_TARGET_TOGGLE)
-#ifdef NIF_PROOF_HITS_INL
-#undef NIF_PROOF_HITS_INL
+#if defined(NIF_PLANES_HITS_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef NIF_PLANES_HITS_INL
+#undef NIF_PLANES_HITS_INL
 #else
-#define NIF_PROOF_HITS_INL
+#define NIF_PLANES_HITS_INL
 #endif
 
-#include "kernels/cpu/planes/walk-inl.hpp"
+#include "kernels/cpu/planes/grid_traversal-inl.hpp"
 #include "kernels/reference/batch.hpp"
 #include "kernels/reference/planes/hit.hpp"
 
@@ -19,7 +19,7 @@ namespace nif::kernels::cpu::HWY_NAMESPACE {
 
 struct HitScratch {
   RayTable rays;
-  HitLog log;
+  FirstHitCellLog log;
   HardRays hard;
   // By end of the log: the range of its open cells that contains the first hit.
   uint8_t first[kBatchRays], last[kBatchRays];
@@ -44,29 +44,29 @@ class HitPlacer {
         hits_(hits) {}
 
   void place() const {
-    for (uint32_t k = 0; k < log_.open.count; ++k) bound(k);
+    for (uint32_t k = 0; k < log_.count; ++k) bound(k);
     if constexpr (!std::is_same_v<Network, NoNetwork>) {
       decide_open_rays();
       while (halve()) continue;
     }
-    for (uint32_t k = 0; k < log_.open.count; ++k) finish(k);
+    for (uint32_t k = 0; k < log_.count; ++k) finish(k);
   }
 
  private:
   static constexpr uint8_t kNowhere = 255;  ///< as `last`: there is no cell to choose
 
-  uint32_t cells(uint32_t k) const { return std::min(uint32_t(log_.open.runs[k]), OpenCells::kRoom); }
-  /// The index of a part in the log, where KeepCells numbers cells.
-  uint32_t part(uint32_t k, uint32_t cell) const {
-    const auto first = uint32_t(log_.open.first[k]);
-    const uint32_t at = cell < OpenCells::kRoom - 1 ? cell : uint32_t(log_.open.runs[k]) - 1;
-    return uint32_t(log_.open.heights[first + at]);
+  uint32_t cells(uint32_t k) const { return std::min(uint32_t(log_.by_ray.cells[k]), OpenCells::kRoom); }
+  /// The index in the log of a cell, numbered as KeepCells does.
+  uint32_t index(uint32_t k, uint32_t cell) const {
+    const auto first = uint32_t(log_.by_ray.first[k]);
+    const uint32_t at = cell < OpenCells::kRoom - 1 ? cell : uint32_t(log_.by_ray.cells[k]) - 1;
+    return uint32_t(log_.cell[first + at]);
   }
 
   void bound(uint32_t k) const {
     const uint32_t i = log_.ray(k), count = cells(k);
     const bool blocked = log_.blocked(k);
-    const float first = (count != 0 ? log_.part_begin[part(k, 0)] : log_.begin[k]) + 0.0f;
+    const float first = (count != 0 ? log_.cells.enter[index(k, 0)] : log_.begin[k]) + 0.0f;
     Hit hit = bounds_of(field_, segment_of(batch_, i), blocked ? Verdict::occluded : Verdict::ambiguous, true,
                         first, log_.end[k] + 0.0f);
     s_.first[k] = 0;
@@ -101,7 +101,7 @@ class HitPlacer {
   /// Decides rays that nothing certainly blocks, each as a whole.
   void decide_open_rays() const {
     uint32_t count = 0;
-    for (uint32_t k = 0; k < log_.open.count; ++k)
+    for (uint32_t k = 0; k < log_.count; ++k)
       if (!log_.blocked(k) && s_.last[k] != kNowhere) s_.asked[count++] = uint16_t(k);
     ask(
         count, [](uint32_t, const Segment& segment) { return segment.tmax; },
@@ -113,11 +113,11 @@ class HitPlacer {
   /// Halves the range of cells that are left, as hit_in_cells() does. Returns false if each ray has one cell.
   bool halve() const {
     uint32_t count = 0;
-    for (uint32_t k = 0; k < log_.open.count; ++k)
+    for (uint32_t k = 0; k < log_.count; ++k)
       if (s_.last[k] != kNowhere && s_.first[k] < s_.last[k]) s_.asked[count++] = uint16_t(k);
     const auto middle = [&](uint32_t k) { return uint8_t((s_.first[k] + s_.last[k]) / 2); };
     ask(
-        count, [&](uint32_t k, const Segment&) { return log_.part_end[part(k, middle(k))] + 0.0f; },
+        count, [&](uint32_t k, const Segment&) { return log_.cells.leave[index(k, middle(k))] + 0.0f; },
         [&](uint32_t k, bool occluded) {
           if (occluded)
             s_.last[k] = middle(k);
@@ -129,12 +129,12 @@ class HitPlacer {
 
   void finish(uint32_t k) const {
     if (s_.last[k] == kNowhere) return;
-    const uint32_t i = log_.ray(k), p = part(k, s_.first[k]);
-    const auto word = uint32_t(log_.part_word[p]);
-    const float size = log_.part_size[p];
-    const PartBetween between =
-        part_between(log_.part_begin[p], log_.part_end[p], log_.enter_height[p], log_.leave_height[p],
-                     plane_height(lower_place(word), size), plane_height(upper_place(word), size));
+    const uint32_t i = log_.ray(k), c = index(k, s_.first[k]);
+    const auto word = uint32_t(log_.cells.word[c]);
+    const float size = log_.cells.size[c];
+    const PartBetween between = part_between(
+        log_.cells.enter[c], log_.cells.leave[c], log_.cells.enter_height[c], log_.cells.leave_height[c],
+        plane_height(lower_place(word), size), plane_height(upper_place(word), size));
     OpenCell cell{};
     cell.begin = between.begin + 0.0f;
     cell.end = between.end + 0.0f;
@@ -149,7 +149,7 @@ class HitPlacer {
   const float* limit_;
   const Network& network_;
   HitScratch& s_;
-  HitLog& log_;
+  FirstHitCellLog& log_;
   HitBatch& hits_;
 };
 
@@ -158,16 +158,14 @@ class HitPlacer {
 template <class Field, class Network, class ByReference>
 void hits_by_planes(const Field& field, const WalkGrid& grid, const SegmentBatch& batch, const float* limit,
                     HitBatch& hits, HitScratch& s, const Network& network, const ByReference& by_reference) {
-  // Too few rays to fill the lanes: the reference is faster than setting up the SIMD traversal.
-  constexpr uint32_t kFewRays = 2;
-  if (batch.count <= kFewRays) {
+  if (batch.count <= kFewForTraversal) {
     for (uint32_t i = 0; i < batch.count; ++i) set_hit(hits, i, by_reference(i));
     return;
   }
   fill_hits(hits, batch.count, no_hit(true));
-  Walker walker(field, grid, batch, s.answers, s.rays, s.log, s.hard);
+  GridTraversal traversal(field, grid, batch, s.answers, s.rays, s.log, s.hard);
   const HitPlacer<Network> placer(field, batch, limit, network, s, hits);
-  while (walker.walk()) placer.place();
+  while (traversal.fill_log()) placer.place();
   for (uint32_t k = 0; k < s.hard.count; ++k) set_hit(hits, s.hard.ray[k], by_reference(s.hard.ray[k]));
 }
 

@@ -1,14 +1,14 @@
 // Answers by proofs alone in SIMD, for any field that has planes.
 //
 // Compiled once for each target, so the include guard toggles.
-#if defined(NIF_PROOF_PROVE_INL) == defined(HWY_TARGET_TOGGLE)
-#ifdef NIF_PROOF_PROVE_INL
-#undef NIF_PROOF_PROVE_INL
+#if defined(NIF_PLANES_PROVE_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef NIF_PLANES_PROVE_INL
+#undef NIF_PLANES_PROVE_INL
 #else
-#define NIF_PROOF_PROVE_INL
+#define NIF_PLANES_PROVE_INL
 #endif
 
-#include "kernels/cpu/planes/walk-inl.hpp"
+#include "kernels/cpu/planes/grid_traversal-inl.hpp"
 #include "kernels/reference/planes/prove_one.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -16,7 +16,7 @@ namespace nif::kernels::cpu::HWY_NAMESPACE {
 
 struct ProofScratch {
   RayTable rays;
-  HullLog log;
+  OpenRangeLog log;
   HardRays hard;
 };
 static_assert(sizeof(ProofScratch) + sizeof(OpenBatch) <= kKernelScratchBytes);
@@ -31,15 +31,13 @@ HWY_NOINLINE void prove_by_reference(const Field& field, const SegmentBatch& bat
 template <class Field>
 void prove_rays(const Field& field, const WalkGrid& grid, const SegmentBatch& batch, AnswerBatch& answers,
                 OpenBatch& open, void* memory) {
-  // Too few rays to fill the lanes: the reference is faster than setting up the SIMD traversal.
-  constexpr uint32_t kFewRays = 2;
-  if (batch.count <= kFewRays) {
+  if (batch.count <= kFewForTraversal) {
     for (uint32_t i = 0; i < batch.count; ++i) prove_by_reference(field, batch, i, answers, open);
     return;
   }
   auto& s = *static_cast<ProofScratch*>(memory);
-  Walker walker(field, grid, batch, answers, s.rays, s.log, s.hard);
-  while (walker.walk())
+  GridTraversal traversal(field, grid, batch, answers, s.rays, s.log, s.hard);
+  while (traversal.fill_log())
     for (uint32_t k = 0; k < s.log.count; ++k) {
       const uint32_t i = s.log.ray(k);
       const Segment segment = segment_of(batch, i);

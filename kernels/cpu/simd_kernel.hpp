@@ -1,0 +1,54 @@
+// The kernel of any encoding that has SIMD code: a field in the layout that this code reads, and the code's
+// version for one instruction set.
+#pragma once
+
+#include "kernels/cpu/kernel_options.hpp"
+
+namespace nif::kernels::cpu {
+
+/// The functions of an ObjectKernel for one instruction set.
+template <class Packed>
+struct SimdFunctions {
+  void (*answer)(const Packed&, const SegmentBatch&, AnswerBatch&, void* scratch);
+  void (*intersect)(const Packed&, const SegmentBatch&, const float* limit, HitBatch&, void* scratch);
+  /// If null, ObjectKernel's own.
+  void (*prove)(const Packed&, const SegmentBatch&, AnswerBatch&, OpenBatch&, void* scratch) = nullptr;
+};
+
+/// Packed: may have `built_bytes()` and `reads_field`, which mean what ObjectKernel's do.
+template <class Packed>
+class SimdKernel final : public ObjectKernel {
+ public:
+  /// `pack()` returns the field.
+  template <class Pack>
+  SimdKernel(const SimdFunctions<Packed>& functions, const Pack& pack)
+      : functions_(functions), packed_(pack()) {}
+
+  void answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const override {
+    functions_.answer(packed_, batch, answers, scratch);
+  }
+  void prove(const SegmentBatch& batch, AnswerBatch& answers, OpenBatch& open, void* scratch) const override {
+    if (functions_.prove == nullptr)
+      ObjectKernel::prove(batch, answers, open, scratch);
+    else
+      functions_.prove(packed_, batch, answers, open, scratch);
+  }
+  void intersect(const SegmentBatch& batch, const float* limit, HitBatch& hits,
+                 void* scratch) const override {
+    functions_.intersect(packed_, batch, limit, hits, scratch);
+  }
+  BuiltBytes built_bytes() const override {
+    if constexpr (requires { packed_.built_bytes(); }) return packed_.built_bytes();
+    return {};
+  }
+  bool reads_field() const override {
+    if constexpr (requires { packed_.reads_field; }) return packed_.reads_field;
+    return true;
+  }
+
+ private:
+  SimdFunctions<Packed> functions_;
+  Packed packed_;
+};
+
+}  // namespace nif::kernels::cpu
