@@ -186,13 +186,13 @@ TEST_P(Leaning, KeepsTheRateOnFreshRaysAndTheProbabilities) {
   }
   EXPECT_GT(report.sets[size_t(report.worst())].bound, 0.9 * kRate);
   const auto metadata = nlohmann::json::parse(leaning.asset.metadata);
-  EXPECT_EQ(metadata["options"]["lean"]["against"], bake::name_of(mistake_));
-  EXPECT_EQ(metadata["options"]["lean"]["rate"], kRate);
+  const std::string option = "max_" + std::string(bake::name_of(mistake_));
+  EXPECT_EQ(metadata["options"][option], kRate);
   const auto& stated = metadata["objects"][0]["lean"];
   EXPECT_EQ(stated["threshold"], threshold);
   EXPECT_LE(stated["sets"]["segments"]["bound"].get<double>(), kRate);
   EXPECT_LE(stated["sets"]["segments"][bake::name_of(mistake_)].get<double>(), kRate);
-  EXPECT_FALSE(nlohmann::json::parse(upright.asset.metadata)["options"].contains("lean"));
+  EXPECT_FALSE(nlohmann::json::parse(upright.asset.metadata)["options"].contains(option));
   EXPECT_FALSE(nlohmann::json::parse(upright.asset.metadata)["objects"][0].contains("lean"));
 }
 
@@ -262,7 +262,7 @@ TEST(Lean, IsMetByExactObjectsAsTheyAre) {
   options.lean = {Mistake::leak, 0};
   const bake::BakeResult leaning = bake_quietly(scene, options);
   EXPECT_EQ(leaning.objects[0].encoding, "exact") << leaning.objects[0].reason;
-  EXPECT_EQ(nlohmann::json::parse(leaning.asset.metadata)["options"]["lean"]["rate"], 0);
+  EXPECT_EQ(nlohmann::json::parse(leaning.asset.metadata)["options"]["max_leak"], 0);
   options.encoding = "bvh";
   EXPECT_EQ(bake_quietly(scene, options).objects[0].encoding, "bvh");
 }

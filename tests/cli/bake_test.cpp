@@ -254,7 +254,7 @@ TEST_F(Bake, TheSameBytesForAnyNumberOfThreadsAndByEitherName) {
 
 TEST_F(Bake, LeansAndSaysSoEverywhere) {
   const std::string ring = folder_.write("ring.obj", obj_text(torus(40, 20))).string();
-  const Outcome outcome = bake(ring, path("leak.nif"), {"--json", "--lean", "leak=0.1%"});
+  const Outcome outcome = bake(ring, path("leak.nif"), {"--json", "--max-leak", "0.1%"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const json lean = json::parse(outcome.out)["objects"][0]["lean"];
   EXPECT_EQ(lean["against"], "leak");
@@ -274,7 +274,7 @@ TEST_F(Bake, LeansAndSaysSoEverywhere) {
 
   std::vector<std::string> eval{"eval", path("leak.nif"), "--mesh", ring, "--rays", "100000"};
   const Outcome table = nif(eval);
-  EXPECT_NE(table.out.find("--lean leak=0.001"), std::string::npos) << table.out;
+  EXPECT_NE(table.out.find("--max-leak 0.001"), std::string::npos) << table.out;
   eval.insert(eval.end(), {"--json", "--reference"});
   const json measured = json::parse(nif(eval).out);
   EXPECT_EQ(measured["objects"][0]["lean"], lean);
@@ -283,10 +283,10 @@ TEST_F(Bake, LeansAndSaysSoEverywhere) {
     EXPECT_LE(accuracy["leak"].get<double>(), 0.001) << set;
 
   // For people, and where the rate is too low to be counted.
-  const Outcome summary = bake(ring, path("none.nif"), {"--lean", "spurious=1e-9"});
+  const Outcome summary = bake(ring, path("none.nif"), {"--max-spurious", "1e-9"});
   ASSERT_EQ(summary.code, 0) << summary.err;
   EXPECT_NE(summary.out.find("leans against spurious answers"), std::string::npos) << summary.out;
-  EXPECT_NE(summary.err.find("--lean spurious=1e-09"), std::string::npos) << summary.err;
+  EXPECT_NE(summary.err.find("--max-spurious 1e-09"), std::string::npos) << summary.err;
   EXPECT_NE(nif({"info", path("none.nif")}).out.find("leans to visible by"), std::string::npos);
   // What does not lean does not speak of it.
   const Outcome upright = bake(ring, path("upright.nif"), {"--json"});

@@ -108,10 +108,10 @@ TEST_F(Batch, GivesTheBytesOfABakeByItself) {
   const std::string file =
       manifest("[[asset]]\nmesh = \"a.obj\"\nseed = 5\n",
                "preset = \"fast\"\nencoding = \"segment\"\nresolution = 24\nrays = 1000\n"
-               "lean = \"spurious=1%\"\n");
+               "max-spurious = \"1%\"\n");
   ASSERT_EQ(batch(file).code, 0);
   ASSERT_EQ(nif({"bake", path("a.obj"), "-o", path("own.nif"), "--preset", "fast", "--encoding", "segment",
-                 "--resolution", "24", "--rays", "1000", "--seed", "5", "--lean", "spurious=0.01"})
+                 "--resolution", "24", "--rays", "1000", "--seed", "5", "--max-spurious", "0.01"})
                 .code,
             0);
   EXPECT_EQ(read_bytes(path("out/a.nif")), read_bytes(path("own.nif")));
