@@ -70,7 +70,7 @@ TEST(Help, NamesEachInstructionSet) {
   }
 }
 
-/// The help of a command as one line, whatever its width.
+/// The help of a command as one line, independent of the terminal's width.
 std::string words_of_help(std::vector<std::string> command) {
   command.emplace_back("--help");
   std::istringstream words(nif(command).out);

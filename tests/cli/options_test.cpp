@@ -20,13 +20,13 @@ TEST_P(Options, AreRefusedByName) {
   const Outcome outcome = nif(GetParam().arguments);
   EXPECT_EQ(outcome.code, int(Status::usage)) << outcome.err;
   EXPECT_EQ(outcome.out, "");
-  // The mesh that they name does not exist, which would be another code had anyone looked.
+  // The mesh does not exist, so any other order of checks would give another exit code.
   EXPECT_EQ(lines_of(outcome.err).size(), 1u) << outcome.err;
   for (const std::string& word : GetParam().named)
     EXPECT_NE(outcome.err.find(word), std::string::npos) << "'" << word << "' in: " << outcome.err;
 }
 
-/// Arguments of a bake of a mesh that is not there, and some more.
+/// Arguments of a bake of a missing mesh, followed by `more`.
 std::vector<std::string> bake(std::vector<std::string> more) {
   more.insert(more.begin(), {"bake", "none.ply", "-o", "none.nif"});
   return more;
