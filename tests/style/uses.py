@@ -60,7 +60,7 @@ def main():
             found = re.match(r'\s*#\s*include\s+["<]([^">]+)[">]', line)
             if not found:
                 continue
-            # As compilers are told to look: from the top, beside the file, and in the runtime's own folders.
+            # The compilers' search path: the top, the file's folder, and the runtime's folders.
             tried = [found[1], file.rsplit("/", 1)[0] + "/" + found[1],
                      "runtime/src/" + found[1], "runtime/gpu/" + found[1], "runtime/include/" + found[1]]
             target = next((path for path in tried if path in known), None)
