@@ -125,7 +125,7 @@ Result measure(const Arguments& arguments, const std::vector<bake::RaySet>& sets
   return result;
 }
 
-/// The baker's note on an object's decision threshold (--lean), or null if there is none.
+/// The baker's note on an object's decision threshold (--max-leak, --max-spurious), or null if there is none.
 const nlohmann::ordered_json* lean_of(const Result& result, size_t object) {
   const nlohmann::ordered_json::json_pointer at(fmt::format("/objects/{}/lean", object));
   if (!result.metadata.is_object() || !result.metadata.contains(at)) return nullptr;
@@ -182,7 +182,7 @@ void print(const Arguments& arguments, const Result& result) {
     const auto against = lean->find("against"), rate = lean->find("rate");
     if (against == lean->end() || !against->is_string() || rate == lean->end() || !rate->is_number())
       continue;
-    fmt::print("\n'{}' was baked with --lean {}={}\n", result.objects[i].name, against->get<std::string>(),
+    fmt::print("\n'{}' was baked with --max-{} {}\n", result.objects[i].name, against->get<std::string>(),
                rate->get<double>());
   }
   if (result.any_spherical)

@@ -21,7 +21,7 @@ namespace {
 constexpr std::pair<Mistake, std::string_view> kMistakes[] = {{Mistake::leak, "leak"},
                                                               {Mistake::spurious, "spurious"}};
 
-// This many mistakes are expected among the rays at the given rate: the bound is then some 10 % above the
+// This many mistakes are expected among the rays at the given rate: the bound is then some 12 % above the
 // count.
 constexpr double kExpectedMistakes = 400;
 constexpr uint64_t kLeastRays = 250'000, kMostRays = 16'000'000;
@@ -84,12 +84,6 @@ std::string_view name_of(Mistake mistake) {
   for (const auto& [known, name] : kMistakes)
     if (known == mistake) return name;
   return {};
-}
-
-std::optional<Mistake> mistake_named(std::string_view name) {
-  for (const auto& [mistake, known] : kMistakes)
-    if (known == name) return mistake;
-  return std::nullopt;
 }
 
 std::optional<uint32_t> least_move(std::span<HeldOut> sets, double rate) {

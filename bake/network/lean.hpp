@@ -18,7 +18,6 @@ namespace nif::bake {
 /// The two ways to be wrong, see Accuracy.
 enum class Mistake { leak, spurious };
 std::string_view name_of(Mistake mistake);
-std::optional<Mistake> mistake_named(std::string_view name);
 
 /// The purpose of a threshold: to keep a mistake at or below a share of all rays of every ray set.
 struct Lean {

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Measures the Stanford dragon and writes docs/results/dragon.md: the output of `samples/run.sh`, an evaluation on ten
-# million rays of each set, bakes that lean, and a comparison of bakes with one and two threads. Takes about fifteen minutes
-# on two cores.
+# million rays of each set, bakes with a limit on one kind of error, and a comparison of bakes with one and two threads.
+# Takes about fifteen minutes on two cores.
 #
 #   docs/results/dragon.sh
 set -euo pipefail
@@ -15,11 +15,11 @@ nif=build/release/bin/nif mesh=build/sample/stanford_dragon.ply.gz asset=build/s
 for threads in 1 2; do "$nif" bake "$mesh" -o "build/dragon_j$threads.nif" -j "$threads" --rays 0 --quiet; done
 if cmp build/dragon_j1.nif build/dragon_j2.nif; then same='The two files are identical.'; else same='THE TWO FILES DIFFER.'; fi
 
-# lean RATE...: a row for each bake that leans so, measured on rays that none of them has seen.
-lean() {
+# limited LIMIT...: a row for each bake with this limit, e.g. leak=0.1%, measured on rays that none of them has seen.
+limited() {
   for how in none "$@"; do
     local option=() at=build/dragon_$how
-    [[ $how == none ]] || option=(--lean "$how")
+    [[ $how == none ]] || option=("--max-$how")
     "$nif" bake "$mesh" -o "$at.nif" --preset fast --encoding segment --rays 0 --quiet "${option[@]}"
     "$nif" eval "$at.nif" --mesh "$mesh" --rays 2000000 --seed 3 --quiet --json >"$at.json"
     "$nif" info "$at.nif" --json | jq -r --arg how "$how" --slurpfile eval "$at.json" '
@@ -30,7 +30,7 @@ lean() {
       | "| " + (map(tostring) | join(" | ")) + " |"'
   done
 }
-lean leak=0.1% leak=0.05% leak=0.01% leak=0 spurious=0.1% spurious=0.05% spurious=0.01% spurious=0 >build/dragon_lean.txt
+limited leak=0.1% leak=0.05% leak=0.01% leak=0 spurious=0.1% spurious=0.05% spurious=0.01% spurious=0 >build/dragon_limited.txt
 
 indent() { sed 's/^/    /; s/ *$//'; }
 {
@@ -41,13 +41,13 @@ indent() { sed 's/^/    /; s/ *$//'; }
   indent <build/dragon_table.txt
   printf '\n## Ten million rays of each set\n\n`nif eval dragon.nif --mesh dragon.ply.gz --rays 10000000 --seed 3`\n\n'
   indent <build/dragon_ten_million.txt
-  printf '\n## Answers that lean\n\n'
-  printf 'What a rate of one kind of mistake costs of the other ([model.md](../model.md#answers-that-lean)), with preset `fast`:\n'
-  printf '`nif bake dragon.ply.gz -o lean.nif --preset fast --lean RATE`, then `nif eval lean.nif --mesh dragon.ply.gz --rays\n'
+  printf '\n## The decision threshold\n\n'
+  printf 'How much limiting one kind of error adds of the other ([model.md](../model.md#the-decision-threshold)), with preset `fast`:\n'
+  printf '`nif bake dragon.ply.gz -o limited.nif --preset fast --max-LIMIT`, then `nif eval limited.nif --mesh dragon.ply.gz --rays\n'
   printf '2000000 --seed 3`. Leak and spurious are those of the ray set where they are worst.\n\n'
-  printf '| `--lean` | threshold | leak | spurious | error: outer-lines | inner-surface | segments |\n'
+  printf '| limit | threshold | leak | spurious | error: outer-lines | inner-surface | segments |\n'
   printf '| --- | ---: | ---: | ---: | ---: | ---: | ---: |\n'
-  cat build/dragon_lean.txt
+  cat build/dragon_limited.txt
   printf '\n## Threads\n\n`nif bake dragon.ply.gz -o one.nif -j 1 --rays 0`, and again with `-j 2`: %s\n' "$same"
 } >docs/results/dragon.md.new
 mv docs/results/dragon.md.new docs/results/dragon.md

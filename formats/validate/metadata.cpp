@@ -159,13 +159,12 @@ class MetadataCheck {
                                    {"colors", Kind::flag, false},
                                    {"max_bytes", Kind::count, false},
                                    {"max_error", Kind::share, false},
-                                   {"lean", Kind::object, false}};
+                                   {"max_leak", Kind::share, false},
+                                   {"max_spurious", Kind::share, false}};
     check(options, "/options", kOptions);
     if (const Json* mix = member(options, "mix"); mix && mix->is_object())
       for (const auto& [set, share] : mix->items())
         if (!is_of(share, Kind::share)) wrong("/options/mix/" + set, text_of(Kind::share));
-    constexpr Member kLean[] = {{"against", Kind::text, true}, {"rate", Kind::share, true}};
-    if (const Json* lean = member(options, "lean")) check(*lean, "/options/lean", kLean);
   }
 
   /// Accuracy figures by ray set.

@@ -21,7 +21,7 @@ inline Double3 random_point(const mesh::Box& box, nif::Random& random, double ma
   return point;
 }
 
-/// Draws segments as hard to answer as we know how to make them.
+/// Draws the hardest segments that we know how to make.
 class Adversary {
  public:
   explicit Adversary(const OccupiedObject& o) : o_(o) {
@@ -55,7 +55,7 @@ class Adversary {
         break;
       case 1:
         direction = point(random) - from;
-        if (random.below(2)) tmin = 0, tmax = 1;  // it ends there
+        if (random.below(2)) tmin = 0, tmax = 1;  // ends there
         break;
       case 2:  // along an axis
         direction = {};
@@ -64,17 +64,17 @@ class Adversary {
       case 3:  // within a plane between voxels
         direction[random.below(3)] = 0;
         break;
-      case 4:  // nearly so
+      case 4:  // nearly within it
         direction[random.below(3)] *= random_size(random, 1e-6, 0.1);
         break;
-      default: {  // along a stored plane, nearly
+      default: {  // nearly along a stored plane
         const Double3 n = normal_of(cells_[random.below(uint32_t(cells_.size()))].word);
         direction = cross(n, direction);
         direction = direction * (1 / length(direction)) + n * (random_size(random, 1e-7, 0.1) / length(n));
         break;
       }
     }
-    // Some start as far away as answers may be certain.
+    // Some start as far away as certain answers allow.
     if (random.below(6) == 0) {
       const double back = draw_way_back(direction, random);
       from = from - direction * back;
@@ -120,15 +120,15 @@ class Adversary {
     return s;
   }
 
-  /// How far back a segment may start so that answers can be certain.
+  /// The farthest start of a segment whose answer can be certain.
   double draw_way_back(const Double3& direction, nif::Random& random) const {
     const double steepest =
         std::max({std::abs(direction[0]), std::abs(direction[1]), std::abs(direction[2])});
     return random.uniform(0.5, 1.0) * kernels::kCertainReach / double(o_.field.cells_per_unit) / steepest;
   }
 
-  /// Of all triangles that are missed or met, those at whose edge rounding decides which cells are visited:
-  /// past an edge or a vertex, from where rounding is worst.
+  /// Aims just past an edge or a vertex, from where rounding is worst: rounding then decides which cells are
+  /// visited.
   Segment draw_past_edge(nif::Random& random) const {
     const mesh::CleanMesh& surface = o_.prepared.surface;
     const mesh::Triangle& t = surface.triangles[random.below(uint32_t(surface.triangles.size()))];
@@ -152,7 +152,7 @@ class Adversary {
     const mesh::Box& box = o_.prepared.box;
     switch (random.below(10)) {
       case 0:
-        return random_point(box, random, 0.0);  // anywhere, the inside of solids included
+        return random_point(box, random, 0.0);  // anywhere, also inside solids
       case 1:
         return random_point(box, random, 1.0);
       case 2:
@@ -165,7 +165,7 @@ class Adversary {
         return point_at_plane(random, 0);
       case 6:
         return point_at_plane(random, random_size(random, 1e-6, 0.1));
-      case 7: {  // the bias or so away from a triangle, where renderers start rays
+      case 7: {  // about the bias away from a triangle, where renderers start rays
         Double3 normal;
         const Double3 p = point_on_surface(random, normal);
         return p + normal * (o_.prepared.bias * (random.below(2) ? 1 : random_size(random, 1e-3, 10.0)));
@@ -177,7 +177,7 @@ class Adversary {
     }
   }
 
-  /// A corner, an edge's or a face's point of a random voxel: where the walk has to decide between
+  /// A corner of a random voxel, or a point on its edge or face: there the traversal must choose between
   /// neighbours.
   Double3 point_on_voxel(nif::Random& random) const {
     const bake::Grid& grid = o_.occupancy.grid;
@@ -190,7 +190,7 @@ class Adversary {
     return from_grid(at * double(grid.cells()));
   }
 
-  /// The same of a cell that has planes.
+  /// The same for a cell with planes.
   Double3 point_on_cell(nif::Random& random) const {
     const Cell& cell = cells_[random.below(uint32_t(cells_.size()))];
     const uint32_t snapped = 1 + random.below(7);
@@ -200,7 +200,7 @@ class Adversary {
     return from_grid(at);
   }
 
-  /// So many finest cells beyond one of a cell's planes.
+  /// This many finest cells beyond one of a cell's planes.
   Double3 point_at_plane(nif::Random& random, double beyond) const {
     const Cell& cell = cells_[random.below(uint32_t(cells_.size()))];
     const Double3 n = normal_of(cell.word);

@@ -22,7 +22,7 @@ struct Said {
   float t;
 };
 
-/// What the mesh, baked so, says of the ray: each instruction set that there is, one ray and forty.
+/// The answers of the baked mesh to the ray: by each available instruction set, for one ray and for forty.
 std::vector<Said> ask(const mesh::Mesh& mesh, const std::string& encoding, uint32_t resolution,
                       const NifRay& ray, const float* transform = nullptr) {
   bake::BakeOptions options;
@@ -59,7 +59,7 @@ std::vector<Said> ask(const mesh::Mesh& mesh, const std::string& encoding, uint3
   return all;
 }
 
-/// Rounding gave it a `t` far from the triangle, and planes knew better.
+/// Rounding once put `t` far from the triangle, where the planes prove that there is none.
 TEST(Arithmetic, ATriangleSeenEdgeOnIsWhereItIs) {
   const mesh::Mesh mesh{"sheet", {{32, -79, 31}, {66, 56, -78}, {58, 13, -52}}, {{0, 1, 2}}};
   NifRay ray{{45.0625f, 174.75f, -17.21875f}, 0, {-4, -117, 16}, 4};  // within from t = 1.9965 to 2.0179
@@ -77,7 +77,7 @@ TEST(Arithmetic, ATriangleSeenEdgeOnIsWhereItIs) {
     }
 }
 
-/// Corner 1 lies on the edge from 0 to 2. A sliver closes the seam, which rounding would open.
+/// Corner 1 lies on the edge from 0 to 2. A sliver closes the seam that rounding would open.
 TEST(Arithmetic, ASeamLetsNothingThrough) {
   mesh::Mesh mesh{
       "seam",
@@ -93,7 +93,7 @@ TEST(Arithmetic, ASeamLetsNothingThrough) {
       EXPECT_TRUE(said.hit && said.hit_certain) << encoding;
     }
 
-  // Those that lie on no triangle close nothing, but one may lie on another that does.
+  // Points on no triangle close nothing, but one may lie on another point that does.
   mesh.positions.insert(mesh.positions.end(), {{9, 9, 9}, {10, 10, 10}, {12, 12, 12}, {470, -470, -359}});
   mesh.triangles.insert(mesh.triangles.end(), {{5, 6, 7}, {7, 6, 5}});
   EXPECT_EQ(bake::prepare(mesh).surface.sliver_numbers, std::vector<uint32_t>{3});
@@ -103,7 +103,7 @@ TEST(Arithmetic, ASeamLetsNothingThrough) {
   EXPECT_EQ(bake::prepare(chain).surface.sliver_numbers, (std::vector<uint32_t>{0, 2, 3}));
 }
 
-/// Skewed about the origin of its space, a mesh that lies far from there is moved by rounding.
+/// A mesh far from the origin of its space is moved by rounding if it is skewed about that origin.
 TEST(Arithmetic, FarFromItsOwnOriginNothingIsCertainOnceSkewed) {
   const mesh::Mesh mesh{"far",
                         {{590, 590, 1004.02067f},
@@ -118,7 +118,7 @@ TEST(Arithmetic, FarFromItsOwnOriginNothingIsCertainOnceSkewed) {
                          {590, 590.1f, 1005}},
                         {{0, 1, 2}, {0, 2, 3}, {4, 5, 6}, {7, 8, 9}}};
   const float skew[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0x1.0211a8p+1f, 0x1.0211a8p+1f, -0x1.f35ffcp-1f, 0};
-  // They end beyond the sheet, and were certain to be visible.
+  // These rays end beyond the sheet, but were once certainly visible.
   const NifRay rays[] = {
       {{0, 0, -0x1.b9ac2ap-2f}, 0, {0x1.26c346p-1f, 0x1.28fccap-1f, 0x1.605f78p+0f}, 0x1.009324p+10f},
       {{0, 0, 0x1.d788e8p-1f}, 0, {0x1.2a1f0ap-1f, 0x1.287eaep-1f, 0x1.61c46p+0f}, 0x1.febb48p+9f},
@@ -129,7 +129,7 @@ TEST(Arithmetic, FarFromItsOwnOriginNothingIsCertainOnceSkewed) {
     EXPECT_TRUE(!said.visible && said.certain) << "where it is not skewed";
 }
 
-/// An only object is asked of rays that are too slow in the world, and fast enough in its cells. What it
+/// Rays whose direction is too short in world space, but long enough in the cells of the sole object. What it
 /// leaves open is listed.
 TEST(Arithmetic, OpenRaysAreListedHoweverSlowTheyAre) {
   bake::BakeOptions options;
@@ -144,7 +144,7 @@ TEST(Arithmetic, OpenRaysAreListedHoweverSlowTheyAre) {
   constexpr uint32_t kRays = 1000;
   std::vector<uint32_t> listed[2];
   for (const bool slow : {false, true}) {
-    const float by = slow ? 0x1p-61f : 1;  // all bits stay
+    const float by = slow ? 0x1p-61f : 1;  // exact
     nif::Random random(1, 0, 0);
     std::vector<NifRay> rays(kRays);
     for (NifRay& ray : rays) {  // at the silhouette, where much is open

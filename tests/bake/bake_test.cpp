@@ -156,7 +156,7 @@ TEST(Bake, RefusesSizesThatCannotBeComputedWith) {
   EXPECT_EQ(status_of(scene, quick()), Status::too_large);
 }
 
-/// What the runtime says of the file, and what the reference kernels say of the baker's own arrays.
+/// The runtime's answers from the file equal the reference's answers from the baker's own arrays.
 void expect_same_answers(const mesh::Scene& scene, const bake::BakeOptions& options, size_t rays_per_set) {
   const bake::BakeResult result = bake_quietly(scene, options);
   const std::vector<std::byte> file = format::encode(result.asset);

@@ -21,7 +21,7 @@ Double3 vector_of(uint32_t word) {
   return {double(n.x), double(n.y), double(n.z)};
 }
 
-/// Some of each kind: closed, open, crossing each other, small against a voxel.
+/// Meshes of each kind: closed, open, intersecting each other, small compared to a voxel.
 mesh::Mesh mixed_mesh() {
   mesh::Mesh mesh = torus(40, 20);
   append(mesh, open_bowl(6, 12), 0.7f, {1.1f, 0.2f, 0.1f});
@@ -59,7 +59,7 @@ TEST_P(FitCells, PutsPlanesAroundAllThatComesNear) {
         const double height = dot(vector_of(piece.word), from_middle);
         const auto plane = [&](uint32_t place) { return kernels::plane_height(place, float(piece.size)); };
         const uint32_t lower = kernels::lower_place(piece.word), upper = kernels::upper_place(piece.word);
-        // No point is as high as the last place, or as low as the first: there the margin may be less.
+        // No point is as high as the last place or as low as the first, so the margin there may be smaller.
         ASSERT_LE(height + (upper == kernels::kPlanePlaces ? 0 : kernels::kHeightMargin), plane(upper));
         ASSERT_GE(height - (lower == 0 ? 0 : kernels::kHeightMargin), plane(lower));
       }
@@ -83,7 +83,7 @@ TEST_P(FitCells, MakesWordsAsFilesHaveThem) {
   const uint32_t inputs =
       kernels::input_count(o.object.network->samples, o.object.network->features_per_corner);
   asset.mlps = {{{{inputs, 1, 0, std::vector<int32_t>(1), std::vector<int8_t>(inputs)}}, 1}};
-  EXPECT_NO_THROW(format::encode(asset));  // which reads what it wrote
+  EXPECT_NO_THROW(format::encode(asset));  // also reads what it wrote
 }
 
 INSTANTIATE_TEST_SUITE_P(Levels, FitCells, testing::Values(0u, 2u, 4u));
@@ -102,7 +102,7 @@ TEST(FitCells, FindsWallsInWholeSurfacesOnly) {
   EXPECT_GT(double(ball.cells.walls), 0.97 * double(ball.cells.planes));
   EXPECT_EQ(ball.cells.bare, 0u);
 
-  // No two triangles are joined, and each ends within every cell that it touches.
+  // No two triangles are connected, and each has an edge within every cell that it touches.
   mesh::Mesh crumbs{"crumbs", {}, {}};
   nif::Random random(1, 2, 4);
   for (uint32_t i = 0; i < 200; ++i) {
@@ -128,8 +128,7 @@ TEST(FitCells, TakesASheetThatFacesBothWaysForOne) {
 }
 
 TEST(FitCells, CountsTheEdgesOfSlivers) {
-  // The cube whose side is split by a vertex on an edge, with the triangle without area that closes it, and
-  // without.
+  // A cube with an extra vertex on an edge, with and without the zero-area triangle that closes the gap.
   mesh::Mesh mesh = cube();
   const auto middle = uint32_t(mesh.positions.size());
   const mesh::Triangle t = mesh.triangles[0];
@@ -181,7 +180,7 @@ TEST(ThinnestSlab, IsHardlyThickerThanTheBest) {
   double excess = 0;
   constexpr int kTries = 200;
   for (int i = 0; i < kTries; ++i) {
-    // A fan around a point of a bent sheet of some direction.
+    // A fan around a point of a bent sheet with a random orientation.
     const Double3 n = random.direction(), u = cross(n, random.direction()), v = cross(n, u);
     const double bend = random.uniform(-0.1, 0.1), twist = random.uniform(-0.1, 0.1);
     std::vector<Double3> ring;

@@ -19,7 +19,7 @@ namespace {
 struct Counts {
   uint64_t certain_visible = 0, certain_occluded = 0, embree_misses = 0;
   std::vector<Segment> doubtful;  // Embree disagrees
-  std::vector<Segment> wrongly;   // and so do exact predicates
+  std::vector<Segment> wrongly;   // exact predicates disagree, too
 
   void expect_none_wrong() const {
     for (const Segment& s : wrongly)
@@ -67,7 +67,7 @@ Counts count_certain(const OccupiedObject& o, uint64_t segments) {
   return all;
 }
 
-/// Of each generated mesh and number of cuts.
+/// For each generated mesh and number of cuts.
 constexpr uint64_t kFewSegments = 200'000;
 
 class CertainOnShapes : public testing::TestWithParam<std::tuple<int, uint32_t>> {
@@ -81,7 +81,7 @@ class CertainOnShapes : public testing::TestWithParam<std::tuple<int, uint32_t>>
     EXPECT_GT(counts.certain_visible, segments / 20);
     EXPECT_GT(counts.certain_occluded, segments / (shape == kNearFaces ? 2000 : 200));
     EXPECT_LT(counts.embree_misses,
-              segments / 1000);  // more would mean that the walk is at fault, not Embree
+              segments / 1000);  // more would be the traversal's fault, not Embree's
   }
 };
 
@@ -99,7 +99,7 @@ struct Mutation {
 
 class CertainOnFlaws : public testing::TestWithParam<Mutation> {};
 
-/// Segments are hard enough for these tests to see what they are for.
+/// The segments are hard enough for these tests to find errors.
 TEST_P(CertainOnFlaws, AreNoticed) {
   const auto& [name, shape, options] = GetParam();
   const OccupiedObject o(make_shape(shape, options.levels), resolution_of(shape, options.levels), options);
@@ -125,7 +125,7 @@ TEST(CertainOnRealMeshes, IsNeverWrong) {
     const auto largest = std::max_element(
         scene.meshes.begin(), scene.meshes.end(),
         [](const auto& a, const auto& b) { return a.triangles.size() < b.triangles.size(); });
-    // The finest cells of the presets, those of `high`.
+    // The finest cells of any preset: those of `high`.
     const OccupiedObject o(*largest, 64, {.levels = 3, .thickness = 0.5});
     const Counts counts = count_certain(o, segments);
     counts.expect_none_wrong();
@@ -134,11 +134,11 @@ TEST(CertainOnRealMeshes, IsNeverWrong) {
         file.filename().c_str(), 100.0 * double(counts.certain_visible) / double(segments),
         100.0 * double(counts.certain_occluded) / double(segments), int(counts.wrongly.size()),
         int(counts.embree_misses));
-    EXPECT_LT(counts.embree_misses, segments / 10'000);  // more would mean that the walk is at fault
+    EXPECT_LT(counts.embree_misses, segments / 10'000);  // more would be the traversal's fault
   }
 }
 
-/// Shares of docs/results/planes.md, roughly.
+/// Roughly the shares in docs/results/planes.md.
 TEST(CertainOnTheDragon, AnswersNearlyAllOfTheNamedSets) {
   const auto folder = real_mesh_folder();
   if (!folder) GTEST_SKIP() << "NIF_TEST_MESHES is not set";

@@ -20,22 +20,22 @@ using bake::KeptTraining;
 using bake::TrainingLog;
 using Bytes = std::vector<std::byte>;
 
-/// What a kill is to a bake within this process.
+/// Simulates a kill of a bake within this process.
 struct Killed {};
 
 Bytes copy_of(std::span<const KeptTraining> trainings, const bake::BakeKey& key) {
   return bake::encode_checkpoint(key, trainings);
 }
 
-/// A bake that is killed when it saves its state for the `kill_at`th time, and then resumed on other threads,
-/// as often as it takes.
+/// A bake that is killed at every nth save of its state and resumed, on one and two threads by turns, until
+/// it completes.
 class KilledBake {
  public:
   KilledBake(const mesh::Scene& scene, const bake::BakeOptions& options)
       : scene_(scene), options_(options), key_(bake::key_of(scene, options, "")) {}
 
   Bytes whole() { return run(nullptr); }
-  /// How often a whole bake saves its state.
+  /// How many times a whole bake saves its state.
   int saves() {
     int count = 0;
     TrainingLog log({}, 0, [&](auto) { ++count; });
@@ -74,7 +74,7 @@ class KilledBake {
   const bake::BakeKey key_;
 };
 
-/// Killed once soon, in the middle and late, and again after each so many saves.
+/// Killed once early, once in the middle and once late; then repeatedly, after every few saves.
 void expect_resumed(const mesh::Scene& scene, const bake::BakeOptions& options, int least_saves) {
   KilledBake bake(scene, options);
   const Bytes whole = bake.whole();
@@ -136,7 +136,7 @@ TEST(Checkpoint, SphericalFieldsGoOnToTheSameBytes) {
   }
 }
 
-/// From around, in so many rounds; with fields for primary rays.
+/// Trained on rays from views all around, in several rounds, with fields for primary rays.
 bake::BakeOptions given_rays(uint64_t rounds, int rays_per_round) {
   bake::BakeOptions options;
   options.encoding = "spherical";
@@ -163,8 +163,8 @@ TEST(Checkpoint, FieldsOfGivenRaysGoOnToTheSameBytes) {
   expect_resumed(scene_of({icosphere(3)}), given_rays(4, 20'000), 8);
 }
 
-/// What a bake keeps when it is nearly through, changed at random and with a right checksum. It is refused,
-/// or goes on to an asset that a reader takes, or to a training that fails.
+/// The state of a nearly complete bake, changed at random and with a correct checksum. It is refused, or the
+/// bake ends with a valid asset, or the training fails.
 void expect_no_harm(const mesh::Scene& scene, const bake::BakeOptions& options, int tries) {
   const std::atomic<bool> cancel{false};
   std::vector<std::vector<KeptTraining>> kept;
@@ -178,7 +178,7 @@ void expect_no_harm(const mesh::Scene& scene, const bake::BakeOptions& options, 
   for (int i = 0; i < tries; ++i) {
     std::vector<KeptTraining> changed = kept[random.below(uint32_t(kept.size()))];
     Bytes& state = changed[random.below(uint32_t(changed.size()))].state;
-    // Counts and sizes are at both ends, and numbers in between.
+    // Counts and sizes are at both ends; numbers are in between.
     const uint32_t places = uint32_t(state.size() / 4), near = std::min(places, 100u);
     const uint32_t place = i % 4 == 0   ? random.below(near)
                            : i % 4 == 1 ? random.below(places)
@@ -257,13 +257,13 @@ TEST(Checkpoint, ATrainingGoesOnFromAnyOfItsStates) {
   for (size_t i = 0; i < whole.kept.size(); i += 5) {
     const Course rest(options, 1 + i % 2, whole.kept[i]);
     rest.expect_same(whole);
-    // And from its state on, it keeps the same states.
+    // When it resumes, it saves the same states.
     ASSERT_EQ(rest.kept.size() + i, whole.kept.size());
     EXPECT_TRUE(std::equal(rest.kept.begin(), rest.kept.end(), whole.kept.begin() + ptrdiff_t(i)));
   }
 }
 
-/// A checkpoint of a bake, and what it is refused with.
+/// A checkpoint of a bake, and the message that refuses it.
 class RefusedCheckpoint : public testing::Test {
  protected:
   static std::string refusal(std::span<const std::byte> file, const bake::BakeKey& key) {

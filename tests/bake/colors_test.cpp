@@ -96,7 +96,7 @@ class Colors {
   nifkit::Scene scene_;
 };
 
-/// Within what 5 and 6 bits of the square root can be off.
+/// Within the error of storing the square root in 5 and 6 bits.
 void expect_near(const Color& seen, const Color& expected, const char* what, float more = 0) {
   for (size_t c = 0; c < 3; ++c) {
     const float steps = c == 1 ? 63 : 31;
@@ -125,7 +125,7 @@ TEST(Colors, OfPicturesAndFactors) {
   }
 }
 
-/// Read without them, nothing of it is there, and the mesh is the same.
+/// If colours are not read, nothing of them is there, and the mesh is the same.
 TEST(Colors, AreReadOnlyIfAskedFor) {
   const std::string glb = two_squares(two_halves(8)).glb();
   const mesh::Scene plain = mesh::read("squares.glb", glb),
@@ -142,7 +142,7 @@ TEST(Colors, AreReadOnlyIfAskedFor) {
   EXPECT_EQ(format::encode(none.asset), format::encode(bake_quietly(coloured, options).asset));
 }
 
-/// The transform of KHR_texture_transform, and another set of coordinates.
+/// KHR_texture_transform with a second set of texture coordinates.
 TEST(Colors, FollowTheTransformOfATexture) {
   Gltf gltf = two_squares(two_halves(64));
   nlohmann::json& info = gltf.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"];
@@ -158,7 +158,7 @@ TEST(Colors, FollowTheTransformOfATexture) {
   expect_near(mirrored.at(0.8f, 0.5f), {1, 0, 0}, "mirrored");
 }
 
-/// A picture that cannot be had costs a note, and no more.
+/// A missing picture only causes a note.
 TEST(Colors, OfPicturesThatCannotBeRead) {
   const std::string picture = two_halves(8);
   for (const auto& [bytes, why] : {std::pair(png_that_claims(18432, 18432, ""), "more than the limit"),
@@ -174,7 +174,7 @@ TEST(Colors, OfPicturesThatCannotBeRead) {
   }
 }
 
-/// Whatever bytes a picture has, reading ends with a picture or a note.
+/// For any bytes, reading yields a picture or a note.
 TEST(Colors, OfDamagedPictures) {
   const std::string picture = two_halves(16);
   Random random(3);
@@ -260,7 +260,7 @@ struct PaintedBall {
   }
 };
 
-/// The mean over each voxel is that of very many points spread evenly over the surface.
+/// The mean over each voxel equals that of many points spread evenly over the surface.
 TEST(Colors, AreTheMeanOverAVoxel) {
   const PaintedBall ball;
   const mesh::Scene scene = mesh::read("ball.ply", ball.ply(true), with_colors());
@@ -325,7 +325,7 @@ TEST(Colors, AreTheMeanOverAVoxel) {
   EXPECT_GT(compared, 500u);
 }
 
-/// Meshes that differ in colour alone are objects of their own; others are baked once.
+/// Meshes that differ only in colour become separate objects; equal ones are baked once.
 TEST(Colors, TellMeshesApart) {
   mesh::Scene scene = scene_of({icosphere(2), icosphere(2), icosphere(2)});
   for (mesh::Mesh& mesh : scene.meshes) mesh.look.colors.assign(mesh.positions.size(), {1, 0, 0});
@@ -355,7 +355,8 @@ TEST(Colors, GoWithMeshesThatAreFlattened) {
   expect_near(colors.at(4, 0), {0.5f, 0.25f, 1}, "cube");
 }
 
-/// Small objects, which "auto" else makes `bvh` ones, and those that `exact` gives up its planes for.
+/// Small objects, which "auto" would otherwise bake as `bvh`, and objects for which `exact` would drop its
+/// planes.
 TEST(Colors, KeepObjectsFromBecomingABvh) {
   mesh::Scene scene = scene_of({icosphere(2)});
   bake::BakeOptions options = options_for("auto");
@@ -368,7 +369,7 @@ TEST(Colors, KeepObjectsFromBecomingABvh) {
   EXPECT_TRUE(result.asset.objects[0].colors.has_value());
 }
 
-/// Objects without colours give the grey that the header says.
+/// Objects without colours return the grey that nif.h specifies.
 TEST(Colors, AreGreyWhereThereAreNone) {
   bake::BakeOptions options = options_for("bvh");
   options.resolution.reset();

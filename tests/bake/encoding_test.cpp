@@ -32,7 +32,7 @@ bake::BakeOptions quick(std::string_view encoding) {
   return options;
 }
 
-/// Status and sentence of a bake that is refused; ok where it is not.
+/// Status and message of a refused bake; ok if it succeeds.
 std::pair<Status, std::string> refusal_of(const mesh::Scene& scene, const bake::BakeOptions& options) {
   try {
     bake_quietly(scene, options);
@@ -42,7 +42,7 @@ std::pair<Status, std::string> refusal_of(const mesh::Scene& scene, const bake::
   return {Status::ok, ""};
 }
 
-/// Triangles of all sizes, every way round: nothing that a network could learn.
+/// Triangles of all sizes and orientations: nothing that a network could learn.
 mesh::Mesh soup(uint32_t triangles) {
   mesh::Mesh mesh{"soup", {}, {}};
   Random random(1);
@@ -58,7 +58,7 @@ mesh::Mesh soup(uint32_t triangles) {
   return mesh;
 }
 
-/// Smooth, and of so many triangles that "auto" takes a field.
+/// Smooth, and with enough triangles for "auto" to choose a field.
 mesh::Mesh many() {
   mesh::Mesh mesh = torus(800, 130);
   mesh.name = "many";
@@ -82,7 +82,7 @@ TEST(Encoding, OfABvhAnswersAsEmbree) {
     for (RaySet set : bake::kRaySets) {
       const bake::Accuracy& accuracy = result.sets[size_t(set)];
       rays += accuracy.rays;
-      // A ray in a million passes an edge so closely that Embree's single precision decides.
+      // One ray in a million passes so close to an edge that Embree's rounding decides.
       EXPECT_LE(accuracy.leak + accuracy.spurious, 3u) << bake::name_of(set);
       EXPECT_EQ(accuracy.certain, accuracy.rays) << bake::name_of(set);
       EXPECT_EQ(accuracy.certain_wrong, 0u) << bake::name_of(set);
@@ -132,7 +132,7 @@ TEST(Encoding, IsChosenForEachObjectAndSaysWhy) {
   EXPECT_LT(smooth.cost_of("exact")->work, smooth.cost_of("bvh")->work);
   EXPECT_EQ(smooth.training_rays, 0u);
 
-  // Networks are numbered as if the others were not there.
+  // Networks are numbered as if objects without one were not there.
   ASSERT_EQ(result.asset.mlps.size(), 1u);
   EXPECT_EQ(result.asset.objects[1].network->mlp, 0u);
   const auto metadata = nlohmann::json::parse(result.asset.metadata);
@@ -166,7 +166,7 @@ TEST(Encoding, IsProofWhereRaysMayStayOpen) {
     EXPECT_EQ(result.sets[size_t(set)].leak, 0u);
     EXPECT_EQ(result.sets[size_t(set)].certain_wrong, 0u);
   }
-  // Where planes save no work, they are left out.
+  // Planes that save no work are left out.
   options.encoding = "proof";
   const bake::BakeResult wild = bake_quietly(scene_of({soup(3000)}), options);
   EXPECT_EQ(wild.objects[0].encoding, "proof");
@@ -174,7 +174,7 @@ TEST(Encoding, IsProofWhereRaysMayStayOpen) {
   EXPECT_FALSE(kernels::has_planes(format::field_of(*wild.asset.objects[0].planes)));
   EXPECT_TRUE(kernels::has_planes(format::field_of(*result.asset.objects[1].planes)));
   options.encoding = bake::kAutomatic;
-  // Where nothing fits but planes.
+  // Only planes fit.
   options.max_bytes = 200'000;
   EXPECT_EQ(bake_quietly(scene_of({many()}), options).objects[0].encoding, "proof");
 }
@@ -211,7 +211,7 @@ TEST(Encoding, KeepsToTheBytesGiven) {
   const bake::BakeResult roomy = baked(10'000'000);
   is(roomy.objects[0], "exact", "exact: the size limit leaves room");
   is(roomy.objects[1], "bvh", "exact: the size limit leaves room");
-  // The object that saves most gives way first.
+  // The object that saves the most bytes is reduced first.
   const bake::BakeResult less = baked(200'000);
   is(less.objects[0], "segment", "learned: the size limit leaves no room for a BVH of");
   is(less.objects[1], "bvh", "exact: the size limit leaves room");
@@ -241,7 +241,7 @@ TEST(Encoding, IsExactWhereFieldsMissTheErrorAllowed) {
 }
 
 TEST(Encoding, IsExactWhereTrainingFails) {
-  // A flat sheet: no ray starts in the volume of its box.
+  // A flat sheet: its box has no volume for rays to start in.
   mesh::Mesh sheet{"sheet", {}, {}};
   constexpr uint32_t kSide = 320;
   for (uint32_t y = 0; y <= kSide; ++y)
@@ -298,7 +298,7 @@ TEST(Encoding, CountsTheWorkOfBoth) {
     format::leave_bare(*object.planes);
     return bake::work_of(format::field_of(object, {}), truth.source(), 5);
   };
-  // Empty bricks cost nothing, so that a finer grid does not cost as much more as it has voxels.
+  // Empty bricks cost nothing, so the cost of a finer grid grows more slowly than its number of voxels.
   EXPECT_GT(field_work(128), 0);
   EXPECT_LT(field_work(128), 3 * field_work(32));
 }

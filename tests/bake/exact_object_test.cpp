@@ -26,7 +26,7 @@ using kernels::cpu::Isa;
 /// Object and BVH of a mesh, with planes as an OccupiedObject has them.
 struct ExactObject {
   OccupiedObject occupied;
-  std::vector<std::byte> file;  ///< kernels read what lies as in a file
+  std::vector<std::byte> file;  ///< kernels need the layout of a file
   kernels::ExactField field;
 
   ExactObject(mesh::Mesh source, uint32_t resolution, const CellOptions& options)
@@ -60,8 +60,8 @@ bool same(const kernels::Hit& a, const kernels::Hit& b) {
          a.v == b.v && std::equal(a.normal, a.normal + 3, b.normal);
 }
 
-/// First hits of a batch: how many differ from the BVH's, of the reference and of each kernel, or do not lie
-/// where planes prove them to be.
+/// Counts first hits of a batch, by the reference and each kernel, that differ from the BVH's or lie outside
+/// of the planes' bounds.
 uint64_t wrong_hits(const kernels::ExactField& field, const kernels::SegmentBatch& batch,
                     const std::vector<kernels::KernelPointer>& exact,
                     const std::vector<kernels::KernelPointer>& proofs, std::byte* scratch) {
@@ -88,7 +88,7 @@ uint64_t wrong_hits(const kernels::ExactField& field, const kernels::SegmentBatc
   return wrong;
 }
 
-/// Asks adversarial segments of the reference, and of the kernel of each instruction set that there is.
+/// Queries adversarial segments with the reference and with each available kernel.
 void compare(const ExactObject& o, uint64_t segments, bool by_reference, Tally& tally) {
   const Adversary adversary(o.occupied);
   std::pmr::memory_resource* const memory = std::pmr::get_default_resource();
@@ -114,7 +114,7 @@ void compare(const ExactObject& o, uint64_t segments, bool by_reference, Tally& 
     work->batch.count = kernels::kBatchRays;
     for (uint32_t i = 0; i < kernels::kBatchRays; ++i) {
       Segment s = adversary.draw(random);
-      if (random.below(16) == 0)  // beyond what planes prove anything of
+      if (random.below(16) == 0)  // beyond the reach of what planes prove
         for (float& x : s.origin) x *= static_cast<float>(random_size(random, 10.0, 1e6));
       kernels::set_segment(work->batch, i, s);
       expected.push_back(kernels::query(o.field.triangles, s));
@@ -169,11 +169,11 @@ INSTANTIATE_TEST_SUITE_P(Generated, ExactOnShapes,
 INSTANTIATE_TEST_SUITE_P(CutOtherwise, ExactOnShapes,
                          testing::Combine(testing::Range(0, int(kShapes)), testing::Values(0u, 4u)));
 
-/// The segments are hard enough for wrong planes to be noticed.
+/// The segments are hard enough to detect wrong planes.
 TEST(ExactOnFlaws, AreNoticed) {
   const auto narrow = [](format::PlanesData& data) {
     narrow_planes(data);
-    bake::set_sides("bowl", data);  // else the writer would refuse them
+    bake::set_sides("bowl", data);  // otherwise the writer refuses them
   };
   const ExactObject o(make_shape(kBowl, 2), resolution_of(kBowl, 2), {.levels = 2, .flaw = narrow});
   Tally tally;
@@ -181,7 +181,7 @@ TEST(ExactOnFlaws, AreNoticed) {
   EXPECT_GT(tally.differ, 0u);
 }
 
-/// NIF_TEST_SEGMENTS=6000000 makes it 10^8 in all, in some five minutes.
+/// With NIF_TEST_SEGMENTS=6000000, 10^8 in all, in about five minutes.
 TEST(ExactOnRealMeshes, AnswersAsItsBvh) {
   if (!real_mesh_folder()) GTEST_SKIP() << "NIF_TEST_MESHES is not set";
   const uint64_t segments = segments_wanted(300'000);

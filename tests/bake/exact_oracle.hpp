@@ -11,7 +11,7 @@
 namespace nif::test {
 
 /// Decides whether segments meet a mesh with exact predicates, through CGAL's AABB tree. Slow to build and to
-/// ask.
+/// query.
 class ExactOracle {
  public:
   ExactOracle(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles);

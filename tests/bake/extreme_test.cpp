@@ -33,7 +33,7 @@ Vector vector(const Values& v) {
 
 enum class Truth { visible, blocked, in_doubt };
 
-/// By signed volumes, relative to their sizes.
+/// Compares signed volumes, relative to their sizes.
 Truth truth_of(const mesh::Mesh& mesh, const Segment& segment) {
   constexpr Real kDoubt = 1e-5L;
   const Vector origin = vector(segment.origin), direction = vector(segment.direction);
@@ -122,7 +122,7 @@ bake::BakeOptions exact(const std::string& encoding) {
   return options;
 }
 
-/// Every encoding: exact ones are right, and what others call certain is.
+/// Every encoding: all answers of exact ones are right, and all certain answers of the others.
 void expect_right(mesh::Mesh mesh, double most_in_doubt = 0.05) {
   if (mesh.name.empty()) mesh.name = "mesh";
   const std::vector<Segment> rays = rays_through(mesh, 2'000);
@@ -137,7 +137,7 @@ void expect_right(mesh::Mesh mesh, double most_in_doubt = 0.05) {
   EXPECT_EQ(score.certain_wrong, 0u);
 }
 
-/// The sentence that a bake is refused with.
+/// The message of a refused bake.
 std::string refusal_of(mesh::Mesh mesh, Status status, const std::string& encoding = "auto") {
   if (mesh.name.empty()) mesh.name = "mesh";
   try {
@@ -183,7 +183,7 @@ TEST(Extreme, AScaleByAPowerOfTwoChangesNoAnswer) {
   };
   for (const char* encoding : {"exact", "bvh"}) {
     const std::vector<uint8_t> at_one = answers(encoding, 0);
-    const bool planes = std::string_view(encoding) == "exact";  // for which 2^48 is too large
+    const bool planes = std::string_view(encoding) == "exact";  // 2^48 is too large for them
     for (const int exponent : {-49, -30, 30, planes ? 39 : 48}) {
       const std::vector<uint8_t> there = answers(encoding, exponent);
       size_t differ = 0;
@@ -211,7 +211,7 @@ TEST(Extreme, FarFromTheOrigin) {
     SCOPED_TRACE(distance);
     expect_right(moved(torus(20, 10), distance), 0.3);
   }
-  // So far that nothing but points and lines is left, or a few steps of what floats can tell apart.
+  // So far away that only points and lines are left, or the size is a few float steps.
   mesh::Mesh gone = moved(torus(20, 10), 1e9f);
   gone.name = "far";
   EXPECT_EQ(refusal_of(gone, Status::all_degenerate).substr(0, 4), "mesh");

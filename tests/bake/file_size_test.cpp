@@ -10,7 +10,7 @@
 namespace nif::test {
 namespace {
 
-/// Each object alone with the networks that no object before it has; first the instances.
+/// The instances, then each object alone with the networks that no earlier object uses.
 std::vector<format::Asset> parts_of(const format::Asset& whole) {
   std::vector<format::Asset> parts(1);
   parts[0].instances = whole.instances;

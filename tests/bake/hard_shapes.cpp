@@ -9,8 +9,8 @@
 namespace nif::test {
 namespace {
 
-/// What scanners and artists leave: a ball with holes, one with a fin on an edge, one whose triangles face as
-/// they like, one that another passes through, doubled, and a sheet that cuts through all of them.
+/// Typical defects: a ball with holes, one with a fin on an edge, one with randomly oriented triangles, two
+/// that intersect, a doubled one, and a sheet that cuts through all of them.
 mesh::Mesh broken_mesh() {
   mesh::Mesh mesh;
   mesh::Mesh holes = icosphere(3);
@@ -34,7 +34,7 @@ mesh::Mesh broken_mesh() {
   return mesh;
 }
 
-/// Balls whose triangles are not joined, or nearly so, or that have vertices on edges of their neighbours.
+/// Balls whose triangles are disconnected, nearly connected, or have vertices on edges of their neighbours.
 mesh::Mesh cracked_mesh() {
   mesh::Mesh mesh;
   nif::Random random(5, 6, 8);
@@ -51,7 +51,7 @@ mesh::Mesh cracked_mesh() {
         if (ball < 3 && random.below(3) == 0) p[random.below(3)] += float(random.uniform(-most, most));
       }
       if (ball < 3) continue;
-      // Cut in two through the middle of one side, of which the neighbour does not know.
+      // Cut in two through the middle of one side, but the neighbour is not.
       mesh::Float3 middle;
       for (size_t a = 0; a < 3; ++a)
         middle[a] = (cracked.positions[base][a] + cracked.positions[base + 1][a]) / 2;
@@ -81,8 +81,8 @@ mesh::Mesh bent_sheet(uint32_t size) {
   return sheet;
 }
 
-/// What lies on itself: open sheets that face both ways, joined and not, a ball of two layers, and one with a
-/// fin of two.
+/// Coincident surfaces: open sheets that face both ways, connected or not, a two-layer ball, and one with a
+/// two-layer fin.
 mesh::Mesh doubled_mesh() {
   mesh::Mesh mesh = bent_sheet(9);
   const auto double_all = [](mesh::Mesh& one) {
@@ -107,10 +107,10 @@ mesh::Mesh doubled_mesh() {
   return mesh;
 }
 
-/// Sheets close to the planes between cells, above, below and on them, that end as close to others.
+/// Sheets just above, below or on planes between cells, with ends as close to other planes.
 mesh::Mesh sheets_near_faces(uint32_t resolution, uint32_t levels) {
   mesh::Mesh mesh;
-  // The box, and so the grid, is known before the sheets are.
+  // The box, and thus the grid, is known before the sheets.
   mesh.positions = {{0, 0, 0}, {0.01f, 0, 0}, {0, 0.01f, 0}, {1, 1, 1}, {0.99f, 1, 1}, {1, 0.99f, 1}};
   mesh.triangles = {{0, 1, 2}, {3, 4, 5}};
   const bake::Grid grid = bake::make_grid(mesh::bounds(mesh.positions, mesh.triangles), resolution, levels);
@@ -143,7 +143,7 @@ mesh::Mesh sheets_near_faces(uint32_t resolution, uint32_t levels) {
   return mesh;
 }
 
-/// Balls of a few voxels with a hole each, so that hardly more than one voxel within is empty.
+/// Balls of a few voxels, each with a hole, so that only about one inner voxel is empty.
 mesh::Mesh pockets() {
   mesh::Mesh mesh;
   nif::Random random(5, 6, 10);
@@ -157,7 +157,7 @@ mesh::Mesh pockets() {
   return mesh;
 }
 
-/// A ball and a cube some of whose edges are closed by triangles without area, or nearly without.
+/// A ball and a cube with some edges closed by triangles of zero or almost zero area.
 mesh::Mesh slivers() {
   mesh::Mesh mesh;
   nif::Random random(5, 6, 11);

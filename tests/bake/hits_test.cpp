@@ -59,7 +59,7 @@ TEST_F(Hits, NothingIsWrongWithTheTruth) {
   EXPECT_FALSE(all.voxels);
 }
 
-/// Each error that is put in is counted, by as much as it is.
+/// Each injected error is counted with its size.
 TEST_F(Hits, ErrorsAreMeasured) {
   constexpr double kOff = 0.02;
   const auto wrong = [&](std::span<const Segment> segments) {
@@ -74,7 +74,7 @@ TEST_F(Hits, ErrorsAreMeasured) {
         found.hit[i] = 0;
         continue;
       }
-      // A fifth of the hits are off, the others right: so the 90 % are off, and the median is not.
+      // A fifth of the hits are wrong, so the 90th percentile shows it and the median does not.
       if (number % 5 != 0) continue;
       found.t[i] += float(kOff);
       found.low[i] = found.high[i] = found.t[i];
@@ -123,7 +123,7 @@ TEST_F(Hits, ABakeTellsThem) {
     const auto& told = accuracy["hits"];
     EXPECT_EQ(told["rays"], 2000);
     EXPECT_NEAR(told["voxels"]["p99"].get<double>(), (*hits.voxels)[3], 1e-3 * (*hits.voxels)[3]);
-    EXPECT_LT(told.dump().size(), 300u);  // files are small
+    EXPECT_LT(told.dump().size(), 300u);  // metadata must stay small
   }
 
   BakeResult alone;

@@ -32,7 +32,7 @@ using kernels::Hit;
 using kernels::kNoHit;
 using kernels::Segment;
 
-/// Built when it is first asked, since that takes longer than most comparisons.
+/// Built on first use, because that takes longer than most comparisons.
 class LateOracle {
  public:
   explicit LateOracle(const bake::Prepared& prepared) : prepared_(prepared) {}
@@ -53,8 +53,8 @@ struct Tally {
   std::atomic<uint64_t> rays = 0, hits = 0, doubted = 0, wrong = 0;
 };
 
-/// Whether a hit is right within `off`, a length, by exact predicates. What is met at the very ends of a
-/// segment is decided by the rounding of double precision.
+/// Whether a hit is right within the length `off`, by exact predicates. At the very ends of a segment,
+/// rounding in double precision decides.
 bool is_right(const ExactOracle& exact, const Segment& ray, const Hit& hit, double off, double reach) {
   const auto steps = static_cast<float>(off / length(to_double(std::to_array(ray.direction))));
   const bool met = hit.t < kNoHit;

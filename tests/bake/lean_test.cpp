@@ -26,7 +26,7 @@ using bake::least_move;
 using bake::Mistake;
 using bake::RaySet;
 
-/// `count` values from 0 up, `step` apart, in an order of its own.
+/// `count` values from 0 up, `step` apart, in shuffled order.
 std::vector<uint32_t> ladder(uint32_t count, uint32_t step) {
   std::vector<uint32_t> values;
   for (uint32_t i = 0; i < count; ++i) values.push_back((i * 7919 % count) * step);
@@ -70,7 +70,7 @@ TEST(LeastMove, MovesPastAllThatAreAlike) {
 }
 
 TEST(LeastMove, NeedsEnoughRays) {
-  // Without any mistake among n rays the rate is below 1 - 0.01^(1/n).
+  // With no mistake among n rays, the bound is 1 - 0.01^(1/n).
   HeldOut few{9208, {}}, enough{9209, {}};
   EXPECT_EQ(least_move(std::span(&few, 1), 0.0005), std::nullopt);
   EXPECT_EQ(least_move(std::span(&enough, 1), 0.0005), 0u);
@@ -105,7 +105,7 @@ TEST(Threshold, LowersOutputsAndLeavesProbabilities) {
 
 bake::BakeOptions briefly_trained() { return small_field(0.02); }
 
-/// What a field answers to rays that no bake has drawn.
+/// A field's answers to rays that no bake has drawn.
 struct FreshAnswers {
   std::vector<uint8_t> truth, visible, certain;
   std::vector<float> probability;
@@ -147,7 +147,7 @@ TEST_P(Leaning, KeepsTheRateOnFreshRaysAndTheProbabilities) {
   options.lean = {mistake_, kRate};
   const bake::BakeResult leaning = bake_quietly(scene_, options);
 
-  // The same field, but for the threshold.
+  // The same field except for the threshold.
   const int32_t threshold = leaning.asset.mlps[0].threshold;
   EXPECT_EQ(threshold > 0, mistake_ == Mistake::leak);
   EXPECT_EQ(threshold < 0, mistake_ == Mistake::spurious);
@@ -171,10 +171,10 @@ TEST_P(Leaning, KeepsTheRateOnFreshRaysAndTheProbabilities) {
     after = std::max(after, leant.rate(mistake_));
   }
   EXPECT_GT(price, 0);
-  EXPECT_GT(before, kRate) << "nothing had to lean";
-  EXPECT_GT(after, kRate / 2) << "leans farther than it has to";
+  EXPECT_GT(before, kRate) << "the threshold had nothing to do";
+  EXPECT_GT(after, kRate / 2) << "the threshold moved farther than necessary";
 
-  // What the bake says of it.
+  // The bake's report.
   const bake::LeanReport& report = lean_of(leaning);
   EXPECT_EQ(report.threshold, threshold);
   EXPECT_FALSE(report.proven);
@@ -186,23 +186,22 @@ TEST_P(Leaning, KeepsTheRateOnFreshRaysAndTheProbabilities) {
   }
   EXPECT_GT(report.sets[size_t(report.worst())].bound, 0.9 * kRate);
   const auto metadata = nlohmann::json::parse(leaning.asset.metadata);
-  EXPECT_EQ(metadata["options"]["lean"]["against"], bake::name_of(mistake_));
-  EXPECT_EQ(metadata["options"]["lean"]["rate"], kRate);
+  const std::string option = "max_" + std::string(bake::name_of(mistake_));
+  EXPECT_EQ(metadata["options"][option], kRate);
   const auto& stated = metadata["objects"][0]["lean"];
   EXPECT_EQ(stated["threshold"], threshold);
   EXPECT_LE(stated["sets"]["segments"]["bound"].get<double>(), kRate);
   EXPECT_LE(stated["sets"]["segments"][bake::name_of(mistake_)].get<double>(), kRate);
-  EXPECT_FALSE(nlohmann::json::parse(upright.asset.metadata)["options"].contains("lean"));
+  EXPECT_FALSE(nlohmann::json::parse(upright.asset.metadata)["options"].contains(option));
   EXPECT_FALSE(nlohmann::json::parse(upright.asset.metadata)["objects"][0].contains("lean"));
 }
 
 TEST_P(Leaning, AtARateOfNoneCallsAllOpenRaysAlike) {
   bake::BakeOptions options = briefly_trained();
-  // The second rate is too low for any number of rays that is drawn.
   options.lean = {mistake_, 0};
   const bake::BakeResult result = bake_quietly(scene_, options);
   EXPECT_TRUE(lean_of(result).proven);
-  // A rate too low for any number of rays that would be drawn.
+  // A rate that is too low to be proven by any number of rays.
   options.lean->rate = 1e-9;
   const bake::BakeResult low = bake_quietly(scene_, options);
   EXPECT_TRUE(lean_of(low).proven);
@@ -244,11 +243,11 @@ TEST(Lean, IsMeasuredWhereAnErrorIsLimited) {
   options.lean = {Mistake::leak, 0.002};
   options.max_error = 0.03;
   const bake::BakeResult leaning = bake_quietly(scene, options);
-  // The first bake is the field that is baked without a limit, and is more often wrong because it leans.
+  // The first bake equals the one without a limit, but its threshold makes more answers wrong.
   ASSERT_GT(leaning.objects[0].bakes.size(), 1u);
   EXPECT_GT(leaning.objects[0].bakes[0].second, 1.1 * upright);
   EXPECT_LE(bake::error_bound(leaning.sets).bound, *options.max_error);
-  // What is reported is of the field that was kept.
+  // The report is about the field that was kept.
   const bake::LeanReport& report = lean_of(leaning);
   EXPECT_EQ(report.threshold, leaning.asset.mlps[0].threshold);
   EXPECT_LE(report.sets[size_t(report.worst())].bound, 0.002);
@@ -262,7 +261,7 @@ TEST(Lean, IsMetByExactObjectsAsTheyAre) {
   options.lean = {Mistake::leak, 0};
   const bake::BakeResult leaning = bake_quietly(scene, options);
   EXPECT_EQ(leaning.objects[0].encoding, "exact") << leaning.objects[0].reason;
-  EXPECT_EQ(nlohmann::json::parse(leaning.asset.metadata)["options"]["lean"]["rate"], 0);
+  EXPECT_EQ(nlohmann::json::parse(leaning.asset.metadata)["options"]["max_leak"], 0);
   options.encoding = "bvh";
   EXPECT_EQ(bake_quietly(scene, options).objects[0].encoding, "bvh");
 }

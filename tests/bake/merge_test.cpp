@@ -26,7 +26,8 @@ mesh::MergeOptions small_objects() {
   return options;
 }
 
-/// Balls and rings that lie close, turned, stretched and some mirrored, and a large one that does not merge.
+/// Balls and rings close to each other, rotated, stretched and some mirrored, and a large one that is not
+/// merged.
 mesh::Scene crowd() {
   mesh::Scene scene;
   scene.meshes = {icosphere(1), torus(12, 8), icosphere(3)};
@@ -50,7 +51,7 @@ bake::BakeOptions exact() {
   return options;
 }
 
-/// The answers of all of an asset's instances.
+/// The combined answers of all instances of an asset.
 std::vector<uint8_t> answers_of(const bake::BakeResult& result, std::span<const kernels::Segment> rays) {
   const nifkit::Device device("threads=1");
   nifkit::Scene scene(device);

@@ -24,7 +24,7 @@ VoxelState state_at(const OccupiedObject& o, const std::array<float, 3>& point) 
 TEST(Voxelize, MarksTheVoxelOfEveryPointOfEveryTriangle) {
   mesh::Mesh mesh = torus(40, 20);
   append(mesh, cube(), 0.3f, {0.1f, 0.2f, 2.0f});
-  mesh.triangles.push_back({0, 400, uint32_t(mesh.positions.size() - 1)});  // one that spans much of the grid
+  mesh.triangles.push_back({0, 400, uint32_t(mesh.positions.size() - 1)});  // spans much of the grid
   const OccupiedObject o(mesh, 61);
   nif::Random random(1, 2, 3);
   for (const mesh::Triangle& t : o.prepared.surface.triangles) {
@@ -88,7 +88,7 @@ TEST(Classify, ASphereWithOneTriangleMissingHasNoInside) {
   mesh::Mesh mesh = icosphere(3);
   mesh.triangles.pop_back();
   EXPECT_EQ(OccupiedObject(mesh, 8).occupancy.inside_voxels,
-            0u);  // coarse enough for the hole to be voxelised shut
+            0u);  // coarse enough for the voxels to close the hole
 }
 
 TEST(Classify, ASphereHasAnInsideWhicheverWayItsTrianglesFace) {
@@ -99,7 +99,7 @@ TEST(Classify, ASphereHasAnInsideWhicheverWayItsTrianglesFace) {
   for (size_t t = 0; t < mesh.triangles.size(); t += 3) std::swap(mesh.triangles[t][0], mesh.triangles[t][1]);
   const OccupiedObject mixed(mesh, 60);
   EXPECT_EQ(mixed.prepared.closed.count(), 2u);
-  EXPECT_EQ(mixed.prepared.closed.turned, (mesh.triangles.size() + 2) / 3);  // the fewer ones
+  EXPECT_EQ(mixed.prepared.closed.turned, (mesh.triangles.size() + 2) / 3);  // the minority
   EXPECT_EQ(mixed.occupancy.states, whole.occupancy.states);
 }
 
@@ -120,7 +120,7 @@ TEST(Classify, ASurfaceOfOneSideHasNoInside) {
       const double b = std::sin(u / 2) * std::sin(v) + std::cos(u / 2) * std::sin(2 * v);
       mesh.positions.push_back({float((3 + a) * std::cos(u)), float((3 + a) * std::sin(u)), float(b)});
     }
-  // Once around, v has become its negative.
+  // After one turn around, v has changed its sign.
   const auto at = [&](uint32_t i, uint32_t j) {
     j %= kAcross;
     return i < kAround ? i * kAcross + j : (kAcross - 1 - j) % kAcross;
@@ -137,8 +137,7 @@ TEST(Classify, ASurfaceOfOneSideHasNoInside) {
 }
 
 TEST(Classify, ASliverKeepsTheSurfaceClosed) {
-  // A cube whose one side is split by a vertex on an edge: the neighbour is closed by a triangle without
-  // area.
+  // A cube with an extra vertex on an edge of one side; a triangle without area closes the gap.
   mesh::Mesh mesh = cube();
   const auto middle = uint32_t(mesh.positions.size());
   const mesh::Triangle t = mesh.triangles[0];
@@ -154,8 +153,7 @@ TEST(Classify, ASliverKeepsTheSurfaceClosed) {
 }
 
 TEST(Classify, AHollowBallIsSolidBetweenItsSpheres) {
-  // Each sphere encloses the hollow, so its voxels are enclosed; only the shell between is proven the other
-  // way about.
+  // Both spheres enclose the hollow, so its voxels are inside; only the shell between them is proven outside.
   mesh::Mesh mesh = icosphere(3);
   append(mesh, icosphere(3), 0.5f, {0, 0, 0}, true);
   const OccupiedObject o(mesh, 60);
@@ -203,7 +201,7 @@ TEST(MakeGrid, KeepsClearOfItsBorderWhereverTheObjectLies) {
       mesh::Mesh mesh{"moved", {}, {}};
       append(mesh, icosphere(2), scale, {offset, -offset, 0});
       const mesh::Box box = mesh::bounds(mesh.positions, mesh.triangles);
-      if (!(box.longest_side() > 0)) continue;  // rounded away
+      if (!(box.longest_side() > 0)) continue;  // rounded to a point
       const bake::Grid grid = bake::make_grid(box, 96);
       for (int a = 0; a < 3; ++a) {
         ASSERT_LE(grid.voxels[a], 96u);

@@ -55,7 +55,7 @@ TEST_P(OracleAgainstCgal, DifferOnlyAtEdgesAndEnds) {
   nif::Random random(3, 1, uint64_t(GetParam()));
   for (int i = 0; i < kRays; ++i) {
     std::optional<kernels::Segment> ray;
-    if (random.below(3) == 0) {  // aimed at a vertex or an edge's middle, to make trouble
+    if (random.below(3) == 0) {  // aimed at a vertex or the middle of an edge: the hard cases
       const mesh::Triangle& f = faces[random.below(uint32_t(faces.size()))];
       const Double3 p0 = to_double(positions[f[0]]), p1 = to_double(positions[f[1]]);
       const Double3 target = random.below(2) ? p0 : (p0 + p1) * 0.5, from = random.direction() * (2 * size);

@@ -21,7 +21,7 @@
 namespace nif::test {
 namespace {
 
-/// Rays from eyes all around through a ball of radius 1.2 at the origin: `each` from each eye.
+/// Rays from viewpoints all around, through a ball of radius 1.2 at the origin: `each` per viewpoint.
 std::vector<bake::Segment> rays_from_views(uint64_t seed, size_t eyes, size_t each) {
   std::vector<bake::Segment> rays;
   for (size_t e = 0; e < eyes; ++e) {
@@ -37,7 +37,7 @@ std::vector<bake::Segment> rays_from_views(uint64_t seed, size_t eyes, size_t ea
   return rays;
 }
 
-/// A bake that learns from six views of mesh 0, of the others nothing.
+/// A bake that learns from six views of mesh 0, and nothing about the others.
 bake::BakeOptions from_views(uint64_t rounds) {
   bake::BakeOptions options;
   options.encoding = "spherical";
@@ -111,7 +111,7 @@ TEST(PrimaryTraining, GivesTheSameBytesForAnyNumberOfThreads) {
   EXPECT_TRUE(files[0] == files[1]);
 }
 
-/// What answers visibility is the same with and without.
+/// The visibility field is the same with and without a primary field.
 TEST(PrimaryTraining, LeavesVisibilityAsItIs) {
   bake::BakeOptions options = from_views(4);
   format::Asset with = bake_quietly(scene_of({torus(40, 20)}), options).asset;

@@ -9,7 +9,7 @@
 
 namespace nif::test {
 
-/// Each of them once, where it is.
+/// One untransformed instance of each mesh.
 inline mesh::Scene scene_of(const std::vector<mesh::Mesh>& meshes) {
   mesh::Scene scene;
   for (const mesh::Mesh& mesh : meshes) {
@@ -19,7 +19,7 @@ inline mesh::Scene scene_of(const std::vector<mesh::Mesh>& meshes) {
   return scene;
 }
 
-/// A field that is baked in a moment.
+/// Options of a bake that takes a moment.
 inline bake::BakeOptions small_field(double effort) {
   bake::BakeOptions options;
   options.encoding = "segment";
@@ -35,7 +35,7 @@ inline bake::BakeResult bake_quietly(const mesh::Scene& scene, const bake::BakeO
   return bake::bake(scene, options, {}, cancel);
 }
 
-/// Of a bake that may be refused.
+/// The result of a bake that may be refused.
 inline Status status_of(const mesh::Scene& scene, const bake::BakeOptions& options) {
   try {
     bake_quietly(scene, options);

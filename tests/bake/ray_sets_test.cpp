@@ -68,8 +68,8 @@ TEST_F(RaySets, OuterLinesAreIsotropicLinesThroughTheBoxFromOutside) {
     ASSERT_EQ(rays.segments[i].tmax, std::numeric_limits<float>::infinity());
     occluded += !rays.visible[i];
   }
-  // Cauchy: of the lines through a convex body a share equal to the ratio of the surfaces meets a convex body
-  // in it.
+  // Cauchy: of the lines through a convex body, the share that meets a convex body inside it is the ratio of
+  // their surface areas.
   EXPECT_NEAR(double(occluded) / kCount, std::numbers::pi * 4 / 24, 0.005);
   for (int a = 0; a < 3; ++a) EXPECT_NEAR(squares[a], 1.0 / 3, 0.01);
   EXPECT_NEAR(length(mean), 0, 0.02);
@@ -81,9 +81,9 @@ TEST_F(RaySets, InnerSurfaceStartsAtTheBiasOnTheVisibleSide) {
     const double distance = length(origin_of(s)) - 1;
     ASSERT_GT(distance, 0.0);
     ASSERT_LT(distance, 2 * source.bias);
-    ASSERT_GT(dot(direction_of(s), origin_of(s)), -0.05);  // facets lie a little askew of the sphere
+    ASSERT_GT(dot(direction_of(s), origin_of(s)), -0.05);  // facets are slightly tilted against the sphere
   }
-  // A convex body does not block what starts on it, but for what starts between a facet and its neighbours.
+  // A convex body does not block rays that start on it, except where facets meet.
   EXPECT_GT(std::count(rays.visible.begin(), rays.visible.end(), 1), 19'900);
 }
 
@@ -128,7 +128,7 @@ TEST_F(RaySets, EachSunHasOneDirectionAndLightsWhatFacesIt) {
   EXPECT_EQ(directions.size(), bake::kSuns);
 }
 
-/// Pictures just large enough for the box, in scan order, from one point each.
+/// Pictures that just contain the box, in scan order, from one viewpoint each.
 TEST_F(RaySets, EachCameraSeesTheWholeBoxInScanOrder) {
   const bake::LabelledRays rays = bake::make_ray_set(source, RaySet::camera, 20'001, 1);
   ASSERT_EQ(rays.segments.size(), 20'001u);
@@ -152,8 +152,8 @@ TEST_F(RaySets, EachCameraSeesTheWholeBoxInScanOrder) {
     }
     EXPECT_NEAR(double(end - begin), 20'001.0 / bake::kCameras, 1);
     EXPECT_GT(hits, (end - begin) / 10);
-    EXPECT_GT(double(near), 0.97 * double(end - begin));  // all but where a row ends
-    // The box's corners are within the picture: each is near some ray, as far as pixels are apart.
+    EXPECT_GT(double(near), 0.97 * double(end - begin));  // all but the ends of rows
+    // The picture shows the box's corners: each is within a pixel of some ray.
     for (uint32_t c = 0; c < 8; ++c) {
       Double3 corner;
       for (int a = 0; a < 3; ++a) corner[a] = (c >> a) & 1 ? source.box.max[a] : source.box.min[a];
@@ -173,7 +173,7 @@ TEST(RaySetsOfOddObjects, AFlatSheetHasAllButAVolume) {
   mesh::Mesh sheet{"sheet", {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 2, 3}}};
   const OccupiedObject o(sheet, 32);
   for (RaySet set : bake::kRaySets) {
-    if (set == RaySet::sun) continue;  // may shine on the side that the picture does not show
+    if (set == RaySet::sun) continue;  // may light the side that the picture does not show
     const size_t expected = set == RaySet::inner_volume ? 0 : 1000;
     EXPECT_EQ(bake::make_ray_set(o.truth->source(), set, 1000, 1).segments.size(), expected)
         << bake::name_of(set);
@@ -186,7 +186,7 @@ TEST(Accuracy, BoundsTheErrorAsClopperAndPearson) {
   EXPECT_NEAR(accuracy.error_bound(), 1 - std::pow(0.01, 1.0 / 1000), 1e-9);  // none of them wrong
   accuracy.leak = 3;
   accuracy.spurious = 4;
-  // The bound at which 7 or fewer of 1000 come out wrong once in a hundred times.
+  // The rate at which 7 or fewer of 1000 are wrong with a probability of 1 %.
   const double p = accuracy.error_bound();
   double chance = 0;
   for (int k = 0; k <= 7; ++k)

@@ -41,7 +41,7 @@ TEST(SceneTruth, IsThatOfAllTriangles) {
   const bake::Prepared prepared = bake::prepare(whole);
   const bake::GroundTruth truth(prepared);
   const bake::RaySource &ours = scene.truth.source(), &theirs = truth.source();
-  for (size_t a = 0; a < 3; ++a) {  // ours is around boxes
+  for (size_t a = 0; a < 3; ++a) {  // ours encloses the instances' boxes
     EXPECT_LE(ours.box.min[a], theirs.box.min[a] + 1e-5f);
     EXPECT_GE(ours.box.max[a], theirs.box.max[a] - 1e-5f);
   }
@@ -77,12 +77,12 @@ TEST(SceneTruth, HitsHaveNormalsOfTheWorldAndTheirInstance) {
     if (!ours || !theirs) continue;
     ++hits;
     ++of_instance.at(ours->instance);
-    // A mirrored instance turns the normal round, which nobody asks for: rays start on the viewer's side.
+    // A mirrored instance flips the normal, which does not matter: rays start on the viewer's side.
     const double cosine = dot(ours->normal, theirs->normal) / (length(ours->normal) * length(theirs->normal));
     alike += std::abs(cosine) > 0.9999 && std::abs(ours->t - theirs->t) < 1e-3;
   }
   EXPECT_GT(hits, 1000u);
-  EXPECT_GT(double(alike), 0.999 * double(hits));  // but where two triangles meet
+  EXPECT_GT(double(alike), 0.999 * double(hits));  // except where two triangles meet
   for (const size_t count : of_instance) EXPECT_GT(count, 100u);
 }
 

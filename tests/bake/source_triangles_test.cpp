@@ -32,8 +32,7 @@ bake::BakeOptions with_sources(const char* encoding) {
   return options;
 }
 
-/// The same surface with much between its triangles that a bake drops, and with triangles that face the other
-/// way.
+/// The same surface mixed with triangles that a bake drops, and with some triangles reversed.
 mesh::Mesh messy(const mesh::Mesh& mesh, uint64_t seed) {
   Random random(seed);
   mesh::Mesh out{mesh.name, mesh.positions, {}};
@@ -53,15 +52,15 @@ mesh::Mesh messy(const mesh::Mesh& mesh, uint64_t seed) {
         out.positions.push_back(beyond);
         break;
       }
-      case 2:  // a duplicate, of whatever
+      case 2:  // a duplicate of any triangle
         out.triangles.push_back({other[1], other[2], other[0]});
         break;
-      case 3:  // a duplicate with corners of its own
+      case 3:  // a duplicate with separate vertices
         for (const uint32_t v : t) out.positions.push_back(mesh.positions[v]);
         out.triangles.push_back({uint32_t(out.positions.size() - 3), uint32_t(out.positions.size() - 2),
                                  uint32_t(out.positions.size() - 1)});
         break;
-      case 4:  // its twin
+      case 4:  // the reversed triangle
         out.triangles.push_back({t[0], t[2], t[1]});
         break;
       default:
@@ -71,8 +70,8 @@ mesh::Mesh messy(const mesh::Mesh& mesh, uint64_t seed) {
   return out;
 }
 
-/// The triangles that a bake keeps, found without it: those with an area, and of several with the same
-/// corners that face the same way the first.
+/// The triangles that a bake keeps, computed independently: those with an area; of duplicates with the same
+/// orientation, the first.
 std::vector<uint32_t> kept_of(const mesh::Mesh& mesh) {
   using Corners = std::array<mesh::Float3, 3>;
   std::set<Corners> seen;
@@ -87,7 +86,7 @@ std::vector<uint32_t> kept_of(const mesh::Mesh& mesh) {
   return kept;
 }
 
-/// What the loop finds.
+/// Result of the loop.
 struct Nearest {
   double t = std::numeric_limits<double>::infinity();
   std::vector<uint32_t> triangles;  ///< all at this t
@@ -110,7 +109,7 @@ Nearest nearest_of(const mesh::Mesh& mesh, const std::vector<uint32_t>& kept,
   return nearest;
 }
 
-/// Through the surface at random, and exactly at its corners and edges, in the space of the mesh.
+/// Rays in the space of the mesh: at random through the surface, and exactly at corners and edges.
 Segment aimed_at(const mesh::Mesh& mesh, Random& random) {
   const mesh::Triangle& t = mesh.triangles[random.below(uint32_t(mesh.triangles.size()))];
   const auto& [a, b, c] = std::tuple(mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]);
@@ -127,10 +126,10 @@ Segment aimed_at(const mesh::Mesh& mesh, Random& random) {
 const kernels::TrianglesField& tree_of(const format::ObjectView& object) { return object.triangles->field; }
 
 struct Counts {
-  uint64_t hits = 0, ties = 0, uncommon = 0;  ///< of these, whose number in the object is another one
+  uint64_t hits = 0, ties = 0, uncommon = 0;  ///< of these, hits whose number in the object differs
 };
 
-/// Asks for first hits of the whole asset; each has to be what a loop finds in the source mesh of its object.
+/// Each first hit of the whole asset must be what a loop finds in the source mesh of its object.
 void compare(const mesh::Scene& scene, const bake::BakeResult& result, uint32_t rays, Counts& counts) {
   const std::vector<std::byte> file = format::encode(result.asset);
   const format::AssetView view = format::read_asset(file, "file");
@@ -140,7 +139,7 @@ void compare(const mesh::Scene& scene, const bake::BakeResult& result, uint32_t 
   placed.add_asset(asset);
   placed.commit();
   const bake::PreparedScene prepared = bake::prepare(scene);
-  std::vector<std::map<uint32_t, uint32_t>> places;  // by object: of a number, its place in the object
+  std::vector<std::map<uint32_t, uint32_t>> places;  // [object]: from source number to number in the object
   std::vector<std::vector<uint32_t>> kept;
   for (uint32_t o = 0; o < view.objects.size(); ++o) {
     const format::SourceTrianglesView* source = view.source_triangles_of(o);
@@ -194,7 +193,7 @@ void compare(const mesh::Scene& scene, const bake::BakeResult& result, uint32_t 
     const Segment there = identity ? segment : kernels::to_object(to_object, segment);
     const Nearest nearest = nearest_of(*prepared.objects[met.object].source, kept[met.object],
                                        tree_of(view.objects[met.object]), there);
-    // Of several at the same place the one that comes first in the object.
+    // Among ties, the triangle that comes first in the object.
     ASSERT_FALSE(nearest.triangles.empty());
     const std::map<uint32_t, uint32_t>& place = places[met.object];
     size_t first = 0;
@@ -218,7 +217,7 @@ TEST(SourceTriangles, AreThoseOfMessyMeshesInInstances) {
   for (uint32_t i = 0; i < 12; ++i) {
     mesh::Instance& instance = scene.instances.emplace_back();
     instance.mesh = i % 4;
-    if (i < 4) continue;  // as they are
+    if (i < 4) continue;  // unchanged
     for (float& x : instance.transform) x = random.between(-0.4f, 0.4f);
     for (const size_t a : {size_t{0}, size_t{5}, size_t{10}}) instance.transform[a] += i % 3 ? 1.f : -1.f;
     for (const size_t a : {size_t{3}, size_t{7}, size_t{11}}) instance.transform[a] *= 12;
@@ -243,8 +242,8 @@ TEST(SourceTriangles, AreThoseOfMessyMeshesInInstances) {
   }
 }
 
-/// A closed surface some of whose triangles have to be turned for it to have an inside: that changes no
-/// number, and not what u and v are of.
+/// A closed surface with reversed triangles, which the baker turns: that changes neither numbers nor the
+/// corners that u and v refer to.
 TEST(SourceTriangles, AreThoseOfTurnedTriangles) {
   mesh::Mesh ball = icosphere(3);
   for (size_t t = 0; t < ball.triangles.size(); t += 7) std::swap(ball.triangles[t][1], ball.triangles[t][2]);
@@ -283,7 +282,7 @@ TEST(SourceTriangles, OfAMergedMeshAreThoseOfItsPartsInTheirOrder) {
       << result.asset.metadata;
 }
 
-/// Primitives of a mesh follow one another; of a strip, triangles that name a corner twice do not count.
+/// Primitives of a mesh are numbered one after the other; degenerate triangles of a strip do not count.
 TEST(SourceTriangles, OfGltfRunOverThePrimitivesOfAMesh) {
   Gltf gltf;
   const int square = gltf.positions({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}),
@@ -330,7 +329,7 @@ TEST(SourceTriangles, AreLeftOutUnlessAskedFor) {
   EXPECT_FALSE(without.asset.objects[0].source_triangles.has_value());
   EXPECT_EQ(without.asset.metadata.find("source_triangles"), std::string::npos);
   EXPECT_NE(with.asset.metadata.find("source_triangles"), std::string::npos);
-  // Nothing else changes.
+  // Everything else stays the same.
   const format::Object &one = with.asset.objects[0], &other = without.asset.objects[0];
   EXPECT_EQ(one.triangles->triangles, other.triangles->triangles);
   EXPECT_EQ(one.triangles->vertices, other.triangles->vertices);
@@ -338,11 +337,11 @@ TEST(SourceTriangles, AreLeftOutUnlessAskedFor) {
   const nifkit::Device device("threads=1");
   const nifkit::Asset asset = nifkit::Asset::load(device, format::encode(without.asset));
   EXPECT_EQ(asset.object(0).source_triangles, 0u);
-  // What is counted while sizes are planned is what a file takes.
+  // The planned size equals the file's size.
   EXPECT_EQ(format::encode(with.asset).size(), format::encoded_bytes(with.asset));
 }
 
-/// A limit in which the object fits only without its numbers.
+/// A size limit that the object meets only without source numbers.
 TEST(SourceTriangles, CountForTheSizeLimit) {
   const mesh::Scene scene = scene_of({icosphere(4)});
   bake::BakeOptions options = with_sources("bvh");

@@ -36,7 +36,7 @@ bake::BakeOptions small_fields() {
   return options;
 }
 
-/// One block of samples through a small network over three grids, for gradients to be held against
+/// One block of samples through a small network over three grids, to compare gradients with finite
 /// differences.
 struct SmallModel {
   static constexpr uint32_t kEntries = 10, kFeatures[3] = {2, 3, 1};
@@ -110,7 +110,7 @@ struct SmallModel {
     return result;
   }
   double difference(float& parameter) {
-    // Beyond the rounding of the loss, and few leaky ReLUs bend within it.
+    // Larger than the rounding of the loss, and small enough that few leaky ReLUs change their slope.
     constexpr float kStep = 4e-4f;
     const float before = parameter;
     parameter = before + kStep;
@@ -160,8 +160,8 @@ TEST(SphericalTraining, LearnsABall) {
   bake::BakeOptions options = small_fields();
   options.spherical.rays = 2'000'000;
   const bake::BakeResult result = bake_quietly(scene_of({icosphere(4)}), options);
-  // Of lines through the box of a ball 48 % miss it; of rays from its surface none is blocked, of those from
-  // the box's corners a quarter.
+  // 48 % of the lines through a ball's box miss it. No ray from its surface is blocked, and a quarter of
+  // those from the box's corners.
   EXPECT_LT(result.sets[size_t(RaySet::outer_lines)].error(), 0.18);
   EXPECT_LT(result.sets[size_t(RaySet::inner_surface)].error(), 0.02);
   EXPECT_LT(result.sets[size_t(RaySet::inner_volume)].error(), 0.15);
@@ -210,7 +210,7 @@ TEST(SphericalTraining, FailsRatherThanShipWhatDidNotTrain) {
     const TrainingFault fault(0, 1'000);
     EXPECT_EQ(status_of(scene_of({icosphere(3)}), options), Status::training_failed);
   }
-  options.mix = bake::Mix{0, 0, 1, 0, 0};  // a cube fills its box: no origin is free
+  options.mix = bake::Mix{0, 0, 1, 0, 0};  // a cube fills its box, so no ray can start in it
   EXPECT_EQ(status_of(scene_of({cube()}), options), Status::training_failed);
 }
 
@@ -291,7 +291,7 @@ TEST(SphericalBake, SharesANetworkOrDoesNot) {
     EXPECT_EQ(metadata["options"]["spherical"]["shared_network"], shared);
     EXPECT_EQ(metadata["objects"][1]["encoding"], "spherical");
 
-    // What is in the file answers as the baker's own copy.
+    // The file gives the same answers as the baker's own copy.
     for (size_t i = 0; i < 2; ++i) {
       const kernels::AnyField field = format::field_of(result.asset, result.asset.objects[i]),
                               in_file = format::field_of(view.objects[i]);

@@ -24,7 +24,7 @@ mesh::Scene read_with_colors(const std::string& glb) {
   return mesh::read("a.glb", glb, limits);
 }
 
-/// A cube in a file to which `change` does something.
+/// A cube in a file that `change` modifies.
 mesh::Scene changed(const std::function<void(Gltf&)>& change) {
   Gltf gltf = gltf_of(cube());
   change(gltf);
@@ -32,7 +32,7 @@ mesh::Scene changed(const std::function<void(Gltf&)>& change) {
 }
 json& first_primitive(Gltf& gltf) { return gltf.json["meshes"][0]["primitives"][0]; }
 
-/// A cube whose upper half a second joint moves by so much out of the bind pose.
+/// A cube whose upper half is moved out of the bind pose by a second joint.
 Gltf skinned(float moved) {
   Gltf gltf = gltf_of(cube());
   std::vector<uint8_t> joints;
@@ -57,7 +57,7 @@ Gltf skinned(float moved) {
 }
 mesh::Scene read(const Gltf& gltf) { return mesh::read("a.glb", gltf.glb()); }
 
-/// A cube placed by two nodes, the second of them with more members.
+/// A cube placed by two nodes; `members` are added to the second.
 mesh::Scene twice(const json& members) {
   Gltf gltf = gltf_of(cube());
   gltf.json["nodes"] = {{{"mesh", 0}}, {{"mesh", 0}}};
@@ -80,13 +80,13 @@ mesh::Scene with_morphs(bool draco_data) {
   });
 }
 
-/// Of a file that has two notes, the other one.
+/// Removes the notes of this kind, where a file causes notes of two kinds.
 mesh::Scene without(NoteKind kind, mesh::Scene scene) {
   std::erase_if(scene.notes, [&](const mesh::Note& note) { return note.kind == kind; });
   return scene;
 }
 
-/// A scene that each kind of note is from.
+/// For each kind of note, a scene that causes it.
 std::map<NoteKind, mesh::Scene> examples() {
   std::map<NoteKind, mesh::Scene> all;
   all[NoteKind::short_faces] = mesh::read("a.obj", kTriangle + "f 1 2\n");

@@ -6,12 +6,12 @@
 namespace nif::test {
 
 /// While it lives, the first network of each training breaks before the steps `from` .. `from` + `steps` - 1.
-/// One at a time.
+/// Only one may exist at a time.
 class TrainingFault {
  public:
   enum class Kind {
     not_finite,  ///< a weight becomes NaN
-    collapse,    ///< neurons are far below their range: the same answer to all rays, for thousands of steps
+    collapse,    ///< neurons far below their range: one answer to all rays, for thousands of steps
   };
 
   explicit TrainingFault(uint64_t from, uint64_t steps = 1, Kind kind = Kind::not_finite);

@@ -60,7 +60,7 @@ struct Trained {
 
 TEST(Training, LearnsATorus) {
   const Trained trained(short_training());
-  // Against a network that calls all ambiguous rays alike, whichever way is better.
+  // Compared with a network that gives all open rays the same answer, the better one of the two.
   for (RaySet set : {RaySet::outer_lines, RaySet::inner_surface, RaySet::segments}) {
     EXPECT_LT(trained.error(set), 0.35 * trained.best_constant_error(set)) << bake::name_of(set);
   }
@@ -129,7 +129,7 @@ TEST(Training, GoesBackWhereAllAnswersAreAlike) {
 }
 
 TEST(Training, FailsWhereAllAnswersAreAlikeInTheEnd) {
-  // Of 976 steps, so there is time to notice, and none to go back.
+  // There are 976 steps: enough to notice, but not to go back.
   const TrainingFault fault(500, 1, TrainingFault::Kind::collapse);
   const std::string failure = Trained(short_training()).result.failure;
   EXPECT_EQ(failure, "training of 'torus' failed: the network gives all rays the same answer");
@@ -143,7 +143,7 @@ TEST(Training, FailsRatherThanShipWhatDidNotTrain) {
 }
 
 TEST(Training, FailsWhereTheMixHasNoRays) {
-  OccupiedObject o(cube(), 24);  // fills its box: no origin of inner-volume is free
+  OccupiedObject o(cube(), 24);  // fills its box, so inner-volume has no rays
   bake::TrainingOptions options = short_training();
   options.mix = {0, 0, 1, 0, 0};
   const std::atomic<bool> cancel{false};
@@ -207,7 +207,7 @@ TEST(TrainingRays, AreFoundAsTheReferenceFindsThem) {
 }
 
 TEST(TrainingRays, AreAmbiguousAndLabelledByTheOracle) {
-  // So coarse that all rays that are wanted are found.
+  // Coarse enough to find all requested rays.
   const OccupiedObject o(torus(60, 30), 12);
   const bake::SurfaceCells cells(o.field);
   EXPECT_EQ(cells.cells.size(), o.occupancy.surface_voxels);

@@ -13,7 +13,7 @@ namespace {
 
 using nlohmann::json;
 
-/// A car with four wheels, of which one is flattened by its transform, under a node without a name.
+/// A car with four wheels, one of them flattened by its transform, under a nameless node.
 Gltf car() {
   Gltf gltf = gltf_of(cube());
   gltf.json["nodes"][0] = {{"name", "car"}, {"children", {1, 2, 3}}, {"translation", {5, 0, 0}}};

@@ -19,7 +19,7 @@ std::string asset_bytes() {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-/// Runs a command that must fail: checks the code, the streams, and that the folder is as it was.
+/// Runs a command that must fail. Checks the exit code, the streams, and that the folder is unchanged.
 void expect_failure(std::vector<std::string> arguments, Status status, const std::string& named,
                     const std::filesystem::path& folder, const std::string& fragment = "") {
   SCOPED_TRACE(testing::PrintToString(arguments));
@@ -52,7 +52,7 @@ const std::string kPlyHeader =
     "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
     "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
 
-/// A triangle whose only buffer is described by `buffer`.
+/// A triangle whose only buffer is `buffer`.
 std::string gltf(const std::string& buffer, const std::string& more = "") {
   return R"({"asset":{"version":"2.0"},)" + more + R"("scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
     "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
@@ -106,7 +106,7 @@ TEST_P(BadMeshes, AreRefusedByBakeAndByEval) {
   const std::string asset = assets.write("random.nif", asset_bytes()).string();
   expect_failure({"bake", mesh, "-o", (folder.path() / "out.nif").string(), "--preset", "fast"}, bad.status,
                  mesh, folder.path(), bad.place);
-  // The random asset is of another mesh, but these files are refused before that is looked at.
+  // The random asset belongs to another mesh, but these files are refused before that is checked.
   expect_failure({"eval", asset, "--mesh", mesh}, bad.status, mesh, folder.path());
 }
 

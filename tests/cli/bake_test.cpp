@@ -24,7 +24,7 @@ class Bake : public testing::Test {
  protected:
   std::string path(const std::string& name) const { return (folder_.path() / name).string(); }
 
-  /// A short bake of fields; `more` are further arguments.
+  /// A short bake of fields; `more` are extra arguments.
   Outcome bake(const std::string& mesh, const std::string& asset, std::vector<std::string> more = {}) const {
     more.insert(more.begin(), {"bake", mesh, "-o", asset, "--preset", "fast", "--resolution", "24", "--rays",
                                "20000", "--encoding", "segment"});
@@ -82,7 +82,7 @@ TEST_F(Bake, PrintsJsonToStandardOutputAndProgressToStandardError) {
       EXPECT_EQ(accuracy["hits"]["rays"], 2000);
       EXPECT_LT(accuracy["hits"]["missed"].get<double>(), 0.05);
       EXPECT_EQ(accuracy["hits"]["bounds_wrong"], 0);
-      // From the surface of a ball nothing is hit.
+      // Rays from the surface of a ball hit nothing.
       EXPECT_EQ(accuracy["hits"].contains("voxels"), std::string(set) == "outer-lines");
       if (accuracy["hits"].contains("voxels")) {
         EXPECT_LT(accuracy["hits"]["voxels"]["median"].get<double>(), 0.2);
@@ -92,13 +92,13 @@ TEST_F(Bake, PrintsJsonToStandardOutputAndProgressToStandardError) {
     }
     const double leak = accuracy["leak"], spurious = accuracy["spurious"], error = accuracy["error"];
     EXPECT_NEAR(error, leak + spurious, 1e-12);
-    // Rates, not percents; and a ball is easy.
+    // Shares, not percent; and a ball is easy.
     EXPECT_LT(error, 0.05);
     EXPECT_LE(accuracy["certain"].get<double>(), 1);
     EXPECT_LT(accuracy["brier"].get<double>(), 0.05);
   }
 
-  // A log: whole lines, a few, and nothing that moves a cursor.
+  // A log gets a few whole lines and no cursor movement.
   const std::vector<std::string> lines = lines_of(outcome.err);
   EXPECT_TRUE(without_progress(outcome.err).empty()) << outcome.err;
   EXPECT_LE(double(lines.size()), std::min(seconds, 11.0));
@@ -113,7 +113,7 @@ TEST_F(Bake, PrintsASummaryForPeople) {
   EXPECT_EQ(listing(folder_.path()), (std::vector<std::string>{"a ball \u00e9.obj", "ball.nif"}));
 }
 
-/// Of a page, from one heading to another.
+/// The text of a page between two headings.
 std::string between(const std::string& page, const std::string& from, const std::string& to) {
   const size_t begin = page.find("<h2>" + from), end = page.find("<h2>" + to);
   return begin < end && end != std::string::npos ? page.substr(begin, end - begin) : "";
@@ -139,7 +139,7 @@ TEST_F(Bake, WritesAReportForPeople) {
     EXPECT_EQ(page.find(remote), std::string::npos) << remote;
   EXPECT_NE(between(page, "Training", "Settings").find("<polyline"), std::string::npos);
   EXPECT_NE(page.find("<dt>preset</dt><dd>fast</dd>"), std::string::npos);
-  // What was asked is the same for any number of threads, and an exact asset makes no mistakes.
+  // The rays are the same for any number of threads, and an exact asset makes no mistakes.
   const std::string asked = between(page, "Errors by angle", "Bytes by part");
   EXPECT_NE(asked, "");
   EXPECT_EQ(asked, between(pages[1], "Errors by angle", "Bytes by part"));
@@ -186,7 +186,7 @@ TEST_F(Bake, ReplacesNoFileThatItReads) {
   refused({"-o", path("m.nif"), "--report", buffer});
 }
 
-/// It would be one of an interrupted bake, but may be anybody's.
+/// A file with the name of a checkpoint may be anybody's.
 TEST_F(Bake, RemovesNoFileThatOnlyHasTheNameOfACheckpoint) {
   folder_.write("a.nif.checkpoint", "precious");
   std::filesystem::create_directory(path("b.nif.checkpoint"));
@@ -198,7 +198,7 @@ TEST_F(Bake, RemovesNoFileThatOnlyHasTheNameOfACheckpoint) {
   EXPECT_EQ(bake(ball_, path("c.nif"), {"--resume"}).code, int(Status::checkpoint_refused));
 }
 
-/// A mesh names the files that it needs as it likes.
+/// A mesh may refer to files by any name.
 TEST_F(Bake, DepfilesTellMakeOfFilesOnly) {
   for (const char* name : {"a\nall:\n\ttouch x", "a;touch x", "a\tb"}) {
     Gltf gltf = gltf_of(cube());
@@ -254,7 +254,7 @@ TEST_F(Bake, TheSameBytesForAnyNumberOfThreadsAndByEitherName) {
 
 TEST_F(Bake, LeansAndSaysSoEverywhere) {
   const std::string ring = folder_.write("ring.obj", obj_text(torus(40, 20))).string();
-  const Outcome outcome = bake(ring, path("leak.nif"), {"--json", "--lean", "leak=0.1%"});
+  const Outcome outcome = bake(ring, path("leak.nif"), {"--json", "--max-leak", "0.1%"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const json lean = json::parse(outcome.out)["objects"][0]["lean"];
   EXPECT_EQ(lean["against"], "leak");
@@ -274,7 +274,7 @@ TEST_F(Bake, LeansAndSaysSoEverywhere) {
 
   std::vector<std::string> eval{"eval", path("leak.nif"), "--mesh", ring, "--rays", "100000"};
   const Outcome table = nif(eval);
-  EXPECT_NE(table.out.find("--lean leak=0.001"), std::string::npos) << table.out;
+  EXPECT_NE(table.out.find("--max-leak 0.001"), std::string::npos) << table.out;
   eval.insert(eval.end(), {"--json", "--reference"});
   const json measured = json::parse(nif(eval).out);
   EXPECT_EQ(measured["objects"][0]["lean"], lean);
@@ -282,13 +282,13 @@ TEST_F(Bake, LeansAndSaysSoEverywhere) {
   for (const auto& [set, accuracy] : measured["sets"].items())
     EXPECT_LE(accuracy["leak"].get<double>(), 0.001) << set;
 
-  // For people, and where the rate is too low to be counted.
-  const Outcome summary = bake(ring, path("none.nif"), {"--lean", "spurious=1e-9"});
+  // As text, and for a rate that is too low to be counted.
+  const Outcome summary = bake(ring, path("none.nif"), {"--max-spurious", "1e-9"});
   ASSERT_EQ(summary.code, 0) << summary.err;
   EXPECT_NE(summary.out.find("leans against spurious answers"), std::string::npos) << summary.out;
-  EXPECT_NE(summary.err.find("--lean spurious=1e-09"), std::string::npos) << summary.err;
+  EXPECT_NE(summary.err.find("--max-spurious 1e-09"), std::string::npos) << summary.err;
   EXPECT_NE(nif({"info", path("none.nif")}).out.find("leans to visible by"), std::string::npos);
-  // What does not lean does not speak of it.
+  // Without a limit nothing mentions one.
   const Outcome upright = bake(ring, path("upright.nif"), {"--json"});
   EXPECT_EQ(upright.out.find("lean"), std::string::npos);
   EXPECT_EQ(json::parse(nif({"info", path("upright.nif"), "--json"}).out)["objects"][0]["threshold"], 0);
@@ -361,7 +361,7 @@ TEST_F(Bake, KeepsNamesAndBakesEqualMeshesOnce) {
   EXPECT_EQ(info["instances"][2]["object"], 0);
   EXPECT_EQ(info["metadata"]["seed"], 1);
   EXPECT_EQ(info["bytes"]["file"], std::filesystem::file_size(path("three.nif")));
-  // The same file wherever it was baked: no path, time or number of threads in it.
+  // The same file wherever it is baked: it contains no path, time or number of threads.
   EXPECT_EQ(read_bytes(path("three.nif")).find(folder_.path().string()), std::string::npos);
 }
 
@@ -417,7 +417,7 @@ TEST_P(ExactBake, AnswersExactly) {
     EXPECT_EQ(accuracy["certain_wrong"], 0) << name;
   }
 
-  // Through the runtime, with the kernels of this machine and with the reference.
+  // By the runtime, with this machine's kernels and with the reference.
   const Outcome eval =
       nif({"eval", path("ball.nif"), "--mesh", ball_, "--rays", "20000", "--reference", "--json"});
   ASSERT_EQ(eval.code, 0) << eval.err;

@@ -24,7 +24,7 @@ namespace {
 using nlohmann::json;
 namespace fs = std::filesystem;
 
-/// By a stream: GCC 12 warns of text and to_string() put together by +.
+/// Uses a stream because GCC 12 warns about text + to_string().
 template <class... Parts>
 std::string joined(const Parts&... parts) {
   std::ostringstream stream;
@@ -35,12 +35,12 @@ std::string joined(const Parts&... parts) {
 class Batch : public testing::Test {
  protected:
   std::string path(const std::string& name) const { return (folder_.path() / name).string(); }
-  /// A file in the folder, with the folders that it lies in.
+  /// Writes a file in the folder, and creates its folders.
   std::string write(const std::string& name, const std::string& text) const {
     fs::create_directories((folder_.path() / name).parent_path());
     return folder_.write(name, text).string();
   }
-  /// Bakes that take no time, unless more is said.
+  /// Quick bakes, unless `defaults` says otherwise.
   std::string manifest(const std::string& assets,
                        const std::string& defaults = "encoding = \"bvh\"\nrays = 0\n") const {
     return write("library.toml", "output = \"out/{folder}/{stem}.nif\"\n[defaults]\n" + defaults + assets);
@@ -108,10 +108,10 @@ TEST_F(Batch, GivesTheBytesOfABakeByItself) {
   const std::string file =
       manifest("[[asset]]\nmesh = \"a.obj\"\nseed = 5\n",
                "preset = \"fast\"\nencoding = \"segment\"\nresolution = 24\nrays = 1000\n"
-               "lean = \"spurious=1%\"\n");
+               "max-spurious = \"1%\"\n");
   ASSERT_EQ(batch(file).code, 0);
   ASSERT_EQ(nif({"bake", path("a.obj"), "-o", path("own.nif"), "--preset", "fast", "--encoding", "segment",
-                 "--resolution", "24", "--rays", "1000", "--seed", "5", "--lean", "spurious=0.01"})
+                 "--resolution", "24", "--rays", "1000", "--seed", "5", "--max-spurious", "0.01"})
                 .code,
             0);
   EXPECT_EQ(read_bytes(path("out/a.nif")), read_bytes(path("own.nif")));
@@ -125,7 +125,7 @@ TEST_F(Batch, ContentCountsAndNotTimes) {
   const timespec times[2] = {{1'000'000'000, 0}, {1'000'000'000, 0}};
   ASSERT_EQ(utimensat(AT_FDCWD, path("a.obj").c_str(), times, 0), 0);
   EXPECT_EQ(batch_json(file)["current"], 2);
-  // The same time and size, so soon after, do not hide another content.
+  // The same time and size do not hide changed content so soon after.
   struct stat before {};
   ASSERT_EQ(stat(path("b.obj").c_str(), &before), 0);
   std::string other = ball_;
@@ -144,7 +144,7 @@ TEST_F(Batch, ContentCountsAndNotTimes) {
   EXPECT_EQ(repaired["assets"][1]["reason"], "the asset has changed since its bake");
   EXPECT_TRUE(read_bytes(path("out/b.nif")) == baked);
 
-  // As files from a machine with another clock have it.
+  // Like a file from a machine whose clock is ahead.
   const timespec ahead[2] = {{4'000'000'000, 0}, {4'000'000'000, 0}};
   ASSERT_EQ(utimensat(AT_FDCWD, path("a.obj").c_str(), ahead, 0), 0);
   EXPECT_EQ(batch_json(file)["current"], 2);
@@ -156,7 +156,7 @@ TEST_F(Batch, ContentCountsAndNotTimes) {
   EXPECT_EQ(batch_json(file, {"--force"})["baked"], 2);
 }
 
-/// Found by fuzzing: a number without a value in the type that is read was undefined behaviour.
+/// Found by fuzzing: a number outside of the range of its type was undefined behaviour.
 TEST_F(Batch, ADamagedRecordCountsAsNone) {
   write("a.obj", ball_);
   const std::string file = manifest("[[asset]]\nmesh = \"a.obj\"\n");
@@ -211,7 +211,7 @@ TEST_F(Batch, StopsAtAFailureUnlessToldToKeepGoing) {
   EXPECT_EQ(result["failed"], 1);
   EXPECT_EQ(result["assets"][0]["code"], int(Status::index_out_of_range));
   EXPECT_NE(result["assets"][0]["error"].get<std::string>().find("a.obj"), std::string::npos);
-  // What failed is tried anew, what is done is not.
+  // Failed assets are tried again, finished ones are not.
   write("a.obj", ball_);
   EXPECT_EQ(batch_json(file)["baked"], 1);
 }
@@ -238,7 +238,7 @@ TEST_F(Batch, WritesAReportWithPicturesAndARuleForMake) {
   EXPECT_EQ(html.find("<b>"), std::string::npos);
   EXPECT_NE(html.find("data:image/png;base64,iVBORw0KGgo"), std::string::npos);
   EXPECT_LT(html.find("class=\"failed\""), html.find("a &lt;b"));
-  // Numbers before pictures, and values to sort by.
+  // Numbers come before pictures, and cells have values to sort by.
   EXPECT_LT(html.find("data-name=\"resident\""), html.find("<img"));
   EXPECT_NE(html.find("data-name=\"triangles\" data-value=\"1280\">1280<"), std::string::npos);
   const std::string rule = read_bytes(path("r.d"));
@@ -259,7 +259,7 @@ TEST_F(Batch, ACancelledOrKilledBatchGoesOnWhereItWas) {
     ASSERT_TRUE(process.wait_for_error_text("1 of 3; baking"));
     process.send(signal);
     EXPECT_EQ(process.finish().code, signal == SIGINT ? int(Status::interrupted) : 128 + SIGKILL);
-    // Bakes end with it; one that has just written its asset may do that first.
+    // Bakes end with the batch; one that has just written its asset may finish first.
     std::this_thread::sleep_for(std::chrono::seconds(1));
     for (const std::string& name : listing(folder_.path() / "out"))
       EXPECT_TRUE(name.ends_with(".nif")) << name;
@@ -315,7 +315,7 @@ TEST_F(Batch, AMeshThatChangesWhileItIsBakedIsNoSuccess) {
   write("a.obj", obj_text(icosphere(5)));
   const std::string file = manifest("[[asset]]\nmesh = \"*.obj\"\n",
                                     "encoding = \"segment\"\npreset = \"fast\"\nresolution = 24\nrays = 0\n");
-  Process process(nif_path(), {"bake", "--manifest", file, "-j", "1"});  // slow enough, on any machine
+  Process process(nif_path(), {"bake", "--manifest", file, "-j", "1"});  // slow enough on any machine
   ASSERT_TRUE(process.wait_for_error_text("0 of 1; baking"));
   write("a.obj", ball_);
   const Outcome outcome = process.finish();
@@ -389,7 +389,7 @@ TEST_F(Batch, PatternsMatchNamesAndFolders) {
   EXPECT_EQ(meshes('"' + anywhere + "c.obj\""), Names{"deep/c.obj"});
   EXPECT_EQ(meshes("\"deep/**\""), (Names{"deep/c.obj", "deep/er/d.obj"}));
   EXPECT_EQ(meshes("[\"?.obj\", \"deep/[c-d].obj\"]"), (Names{"a.obj", "deep/c.obj"}));
-  // There are 10^11 ways to deal 60 folders out to twelve `**`.
+  // There are 10^11 ways to assign 60 folders to twelve `**`.
   std::string bottom, dealt;
   for (int i = 0; i < 60; ++i) bottom += "n/";
   for (int i = 0; i < 12; ++i) dealt += "**/*/";
@@ -420,7 +420,7 @@ TEST_F(Batch, NamesMayBeginAsOptionsDo) {
   for (const char* name : {"-x.obj", "-h.obj", "--help.obj"}) write(name, ball_);
   write("library.toml",
         "[defaults]\nencoding = \"bvh\"\nrays = 0\n[[asset]]\nmesh = \"*.obj\"\noutput = \"{stem}.nif\"\n");
-  // As a manifest of the folder that it is run in.
+  // With a manifest in the current folder.
   const Outcome outcome =
       Process("/bin/sh",
               {"-c", joined("cd ", folder_.path(), " && exec ", nif_path(), " bake --manifest library.toml")})

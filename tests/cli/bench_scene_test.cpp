@@ -149,7 +149,7 @@ TEST_F(BenchScene, RacesFirstHits) {
 }
 
 TEST_F(BenchScene, TakesSceneFilesThatNameTheirAssets) {
-  // One file twice, another beside it, and a ground and a light that nobody asks.
+  // One file twice, another beside it, and a ground and a light that the bench ignores.
   const std::string scene = toml(R"([ground]
 [[object]]
 mesh = "ring.obj"

@@ -18,8 +18,8 @@ namespace {
 
 using nlohmann::json;
 
-/// Empty where the elements of a document open and close in order, else what is wrong. Enough of XML for our
-/// pictures: no comments, no CDATA, no document type.
+/// Returns what is wrong with the nesting of a document's elements, or an empty text. Enough XML for our
+/// pictures: no comments, CDATA or document types.
 std::string xml_fault(const std::string& text) {
   std::vector<std::string> open;
   bool rooted = false;
@@ -84,7 +84,7 @@ class Bench : public testing::Test {
   static inline std::string mesh_, asset_;
 };
 
-/// How fast is for a real card to say; who takes part, and with what answers, is not.
+/// Speed needs a real GPU. The participants and their answers can be tested with an emulated one.
 #ifdef NIF_EMULATED_MODULE
 TEST_F(Bench, OnAGpu) {
   ASSERT_EQ(setenv("NIF_GPU_MODULE", NIF_EMULATED_MODULE, 1), 0);
@@ -133,7 +133,7 @@ TEST_F(Bench, OnAGpu) {
       EXPECT_GT(batch[side].get<double>(), 0);
   EXPECT_EQ(more["batches"][2]["rays"], 4096);
 
-  // In half precision there is only the pipeline.
+  // Half precision exists only in the pipeline.
   outcome = nif(bench({"--device", "gpu", "--set", "sun", "--precision", "half", "--json"}));
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const json half = json::parse(outcome.out);
@@ -164,7 +164,7 @@ void check_rate(const json& rate) {
   EXPECT_GT(rate["bytes"].get<uint64_t>(), 1000u);
 }
 
-/// One set's results, when `finalists` calls of each build have run two rounds.
+/// One set's results after two rounds with `finalists` calls of each build.
 void check_set(const std::string& name, const json& set, size_t finalists, size_t calls = 7) {
   SCOPED_TRACE(name);
   EXPECT_EQ(set["rays"], 5000);
@@ -183,7 +183,7 @@ void check_set(const std::string& name, const json& set, size_t finalists, size_
   for (const json& variant : set["variants"]) {
     SCOPED_TRACE(variant["variant"]);
     check_rate(variant);
-    // Not one ray in a thousand passes so close to an edge that the builds disagree.
+    // Less than one ray in a thousand passes so close to an edge that the builds disagree.
     EXPECT_LT(variant["error"].get<double>(), 1e-3);
     const size_t rounds = variant["rounds"];
     raced += rounds > 0;

@@ -35,7 +35,7 @@ TEST(Eval, OfProofsInFrontOfEmbree) {
     EXPECT_GT(accuracy["certain"].get<double>(), 0.8);
     EXPECT_LT(accuracy["certain"].get<double>(), 1);
     EXPECT_EQ(accuracy["certain_wrong"], 0);
-    // Embree's default build decides a ray on an edge otherwise than its robust one, now and then.
+    // For rays on an edge, Embree's default build sometimes disagrees with its robust one.
     EXPECT_LE(accuracy["error"].get<double>(), 1e-4);
     EXPECT_EQ(alone[name]["leak"], 0) << "open rays count as occluded";
     EXPECT_GT(alone[name]["spurious"].get<double>(), 0);
@@ -110,7 +110,7 @@ TEST(Eval, OfFirstHits) {
     EXPECT_NE(table.find(words), std::string::npos) << words << " in:\n" << table;
 }
 
-/// The second object begins with what a bake drops.
+/// The second object begins with triangles that a bake drops.
 TEST(Eval, OfSourceTriangles) {
   TempDir folder;
   size_t base = 0;
@@ -146,7 +146,7 @@ TEST(Eval, OfSourceTriangles) {
     EXPECT_EQ(info["objects"][1]["triangles"], ball.triangles.size() - 2);
     EXPECT_EQ(info["metadata"]["options"]["source_triangles"], true);
   }
-  // Another mesh of the same triangles, but for what is dropped.
+  // Another mesh that has the same triangles except for dropped ones.
   base = 0;
   ball.triangles.erase(ball.triangles.begin());
   const std::string other =
@@ -160,7 +160,7 @@ TEST(Eval, OfSourceTriangles) {
   EXPECT_NE(none.err.find("--source-triangles: no object became exact"), std::string::npos) << none.err;
 }
 
-/// Two balls that differ in colour alone, so that they are two objects.
+/// Two balls that differ only in colour, so they are two objects.
 TEST(Eval, OfColors) {
   TempDir folder;
   const mesh::Mesh ball = icosphere(3);
@@ -195,7 +195,7 @@ TEST(Eval, OfColors) {
       nif({"eval", asset, "--mesh", mesh, "--rays", "5000", "--hits", "--reference", "--json"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_EQ(json::parse(outcome.out)["reference"]["different_hits"], 0);
-  // None to be had.
+  // No colours are available.
   folder.write("two.obj", obj_text(ball));
   const Outcome none = bake({"--colors"});
   EXPECT_EQ(json::parse(none.out)["bytes"]["colors"], 0);
@@ -237,7 +237,7 @@ TEST(Eval, OfAFreshBake) {
     SCOPED_TRACE(isa);
     const Outcome outcome = nif(
         {"eval", asset, "--mesh", mesh, "--rays", "50000", "--isa", isa, "--reference", "--json", "--quiet"});
-    if (outcome.code != 0) {  // only where the machine has it not
+    if (outcome.code != 0) {  // only if the machine lacks it
       EXPECT_NE(isa, "scalar");
       EXPECT_NE(outcome.err.find("isa=" + isa), std::string::npos) << outcome.err;
       continue;

@@ -48,9 +48,9 @@ TEST(Help, NamesTheSubcommandsAndTheirOptions) {
                     generate = nif({"mesh", "generate", "--help"}).out;
   for (const char* word : {"attach", "bake", "bench", "devices", "eval", "info", "mesh", "query", "render"})
     EXPECT_NE(all.find(word), std::string::npos) << word;
-  for (const char* word :
-       {"--output", "--preset", "--encoding", "--max-bytes", "--max-error", "--uncoded", "--lean", "--mix",
-        "--outer-resolution", "--precision", "--shared-network", "--seed", "--json", "--quiet"})
+  for (const char* word : {"--output", "--preset", "--encoding", "--max-bytes", "--max-error", "--max-leak",
+                           "--max-spurious", "--uncoded", "--mix", "--outer-resolution", "--precision",
+                           "--shared-network", "--seed", "--json", "--quiet"})
     EXPECT_NE(bake.find(word), std::string::npos) << word;
   for (const char* word : {"--mesh", "--set", "--rays", "--seed", "--threads", "--rounds", "--isa", "--plot",
                            "--least-memory", "--device", "--asset", "--moved"})
@@ -70,7 +70,7 @@ TEST(Help, NamesEachInstructionSet) {
   }
 }
 
-/// The help of a command as one line, whatever its width.
+/// The help of a command as one line, independent of the terminal's width.
 std::string words_of_help(std::vector<std::string> command) {
   command.emplace_back("--help");
   std::istringstream words(nif(command).out);

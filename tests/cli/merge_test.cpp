@@ -60,7 +60,7 @@ class MergedAsset : public testing::Test {
     EXPECT_EQ(listing(folder_->path()), before);
   }
 
-  /// The asset with other metadata; all else is in order.
+  /// The asset with other metadata; the rest stays valid.
   std::string changed(const json& metadata) const { return changed(metadata.dump()); }
   std::string changed(const std::string& text) const {
     const std::string bytes = read_bytes(asset_);
@@ -209,7 +209,7 @@ TEST_F(MergedAsset, MetadataMayBeAnything) {
     }
 }
 
-/// What copies or writes a value goes down into it, so its depth is limited before.
+/// Code that copies or writes a value recurses, so its depth is limited first.
 TEST_F(MergedAsset, MetadataMayBeNestedDeeply) {
   const std::string nested = std::string(300'000, '[') + std::string(300'000, ']');
   for (const std::string& text :

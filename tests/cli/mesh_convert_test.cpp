@@ -158,7 +158,7 @@ TEST_F(MeshConvert, NoDamagedVolumeDoesHarm) {
   const auto expect_refused_or_read = [&](const std::string& bytes, size_t place) {
     const std::string file = folder_.write("damaged.vdb", bytes).string();
     const Outcome outcome = convert({file, "-o", path("out.ply"), "--quiet"});
-    if (outcome.code == 0) return;  // a distance is another one
+    if (outcome.code == 0) return;  // a changed distance is valid, too
     EXPECT_TRUE(outcome.code >= 10 && outcome.code < 30)
         << place << ": " << outcome.code << ' ' << outcome.err;
     EXPECT_NE(outcome.err.find("damaged.vdb: "), std::string::npos) << outcome.err;

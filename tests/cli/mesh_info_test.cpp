@@ -89,7 +89,7 @@ TEST_F(MeshInfo, RefusesByName) {
 
 TEST_F(MeshInfo, RefusesWhatDoesNotFitIntoMemory) {
   if (kSanitized) GTEST_SKIP() << "sanitizers do not work where memory is limited";
-  // A file without bytes on the disk, far larger than the memory left to the program.
+  // A sparse file, far larger than the program's memory limit.
   const std::string file = folder_.write("huge.ply", "ply\n").string();
   std::filesystem::resize_file(file, uint64_t{3} << 30);
   const Outcome outcome =

@@ -36,7 +36,7 @@ class MeshVerbs : public testing::Test {
     EXPECT_EQ(result["schema"], "nifkit.mesh-" + arguments[0] + "/1");
     return result;
   }
-  /// Runs a verb that must be refused: one sentence with `named` in it, and nothing written.
+  /// Runs a verb that must be refused with one sentence that mentions `named`, without writing anything.
   void refused(const std::vector<std::string>& arguments, Status status, const std::string& named) const {
     SCOPED_TRACE(testing::PrintToString(arguments));
     const std::vector<std::string> before = listing(folder_.path());
@@ -120,7 +120,7 @@ TEST_F(MeshVerbs, SubdivideRefusesWhatWouldNotFit) {
   refused({"subdivide", input, "-o", path("x.ply"), "--times", "12"}, Status::too_large, "--times 12");
   refused({"subdivide", input, "-o", path("x.ply"), "--scheme", "cubic"}, Status::usage, "--scheme");
   if (kSanitized) GTEST_SKIP() << "sanitizers do not work where memory is limited";
-  // 5.2 million triangles fit, but not into the memory that is left to this program.
+  // 5.2 million triangles are allowed, but exceed the program's memory limit.
   const Outcome limited =
       Process("/bin/sh", {"-c", R"(ulimit -v 1200000; exec "$0" mesh subdivide "$1" -o "$2" --times 6)",
                           nif_path().string(), input, path("x.ply")})
@@ -231,7 +231,7 @@ TEST_F(MeshVerbs, TakeRealMeshesOrSayWhyNot) {
       if (verb[0] != "info") verb.insert(verb.end(), {"-o", path("out.glb")});
       SCOPED_TRACE(testing::PrintToString(verb));
       const Outcome outcome = run(verb);
-      EXPECT_LT(outcome.code, 60) << outcome.err;  // ended by itself
+      EXPECT_LT(outcome.code, 60) << outcome.err;  // not killed by a signal
       EXPECT_NE(outcome.code, int(Status::internal)) << outcome.err;
       if (outcome.code != 0) {
         EXPECT_EQ(lines_of(outcome.err).empty(), false);

@@ -20,13 +20,13 @@ TEST_P(Options, AreRefusedByName) {
   const Outcome outcome = nif(GetParam().arguments);
   EXPECT_EQ(outcome.code, int(Status::usage)) << outcome.err;
   EXPECT_EQ(outcome.out, "");
-  // The mesh that they name does not exist, which would be another code had anyone looked.
+  // The mesh does not exist, so any other order of checks would give another exit code.
   EXPECT_EQ(lines_of(outcome.err).size(), 1u) << outcome.err;
   for (const std::string& word : GetParam().named)
     EXPECT_NE(outcome.err.find(word), std::string::npos) << "'" << word << "' in: " << outcome.err;
 }
 
-/// Arguments of a bake of a mesh that is not there, and some more.
+/// Arguments of a bake of a missing mesh, followed by `more`.
 std::vector<std::string> bake(std::vector<std::string> more) {
   more.insert(more.begin(), {"bake", "none.ply", "-o", "none.nif"});
   return more;
@@ -164,15 +164,17 @@ INSTANTIATE_TEST_SUITE_P(
         WrongOptions{"HitsBehindProofs", bench({"--hits", "--fallback", "embree"}), {"--hits", "--fallback"}},
         WrongOptions{"StagesOfHits", bench({"--hits", "--stages"}), {"--hits", "--stages"}},
         WrongOptions{"HitsOfAGpu", bench({"--hits", "--device", "gpu"}), {"--device gpu", "--hits"}},
-        WrongOptions{"LeanOfAnUnknownKind", bake({"--lean", "drip=0.1%"}), {"--lean", "drip", "spurious"}},
-        WrongOptions{"LeanWithoutARate", bake({"--lean", "leak"}), {"--lean", "leak=RATE"}},
-        WrongOptions{"LeanOfNoRate", bake({"--lean", "leak=much"}), {"--lean leak", "much"}},
-        WrongOptions{"LeanOfTooHighARate", bake({"--lean", "spurious=150%"}), {"--lean spurious", "150%"}},
-        WrongOptions{"LeanBothWays", bake({"--lean", "leak=0.1%", "--lean", "spurious=0.1%"}), {"--lean"}},
-        WrongOptions{"LeanBothWaysAtOnce", bake({"--lean", "leak=0.1%,spurious=0.1%"}), {"--lean leak"}},
-        WrongOptions{"LeanOfSpherical",
-                     bake({"--encoding", "spherical", "--lean", "leak=0.1%"}),
-                     {"--encoding spherical", "--lean"}},
+        WrongOptions{"MaxLeakIsNoRate", bake({"--max-leak", "much"}), {"--max-leak", "much"}},
+        WrongOptions{"MaxSpuriousAboveOne", bake({"--max-spurious", "150%"}), {"--max-spurious", "150%"}},
+        WrongOptions{"LimitsOfBothKindsOfError",
+                     bake({"--max-leak", "0.1%", "--max-spurious", "0.1%"}),
+                     {"--max-leak", "--max-spurious"}},
+        WrongOptions{"MaxLeakOfSpherical",
+                     bake({"--encoding", "spherical", "--max-leak", "0.1%"}),
+                     {"--encoding spherical", "--max-leak"}},
+        WrongOptions{"MaxSpuriousOfSpherical",
+                     bake({"--encoding", "spherical", "--max-spurious", "0.1%"}),
+                     {"--encoding spherical", "--max-spurious"}},
         WrongOptions{"NegativeThreads", bake({"-j", "-1"}), {"--threads"}},
         WrongOptions{"GridGivenTwice",
                      bake({"--resolution", "64", "--max-bytes", "100kB"}),

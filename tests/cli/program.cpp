@@ -36,7 +36,7 @@ Process::Process(const std::filesystem::path& program, const std::vector<std::st
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
 
-  // Tests wait for what is done at the time, of which a log has not every line.
+  // Makes every line of progress appear, because tests wait for it; a log omits some.
   ::setenv("NIF_PROGRESS", "all", 0);
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);

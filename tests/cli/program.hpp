@@ -27,17 +27,17 @@ struct Outcome {
   std::string out, err;
 };
 
-/// A started process whose outputs go to files. Ended, at the latest, by the destructor.
+/// A started process whose outputs go to files. The destructor ends it if it still runs.
 class Process {
  public:
-  /// `out` takes the place of the file for standard output, e.g. "/dev/full".
+  /// `out` replaces the file for standard output, e.g. "/dev/full".
   Process(const std::filesystem::path& program, const std::vector<std::string>& arguments,
           const std::filesystem::path& out = {});
   ~Process();
   Process(const Process&) = delete;
   Process& operator=(const Process&) = delete;
 
-  /// Waits until standard error contains `text`; false where the process ends, or a minute passes, before.
+  /// Waits until standard error contains `text`. Returns false if the process ends or a minute passes first.
   bool wait_for_error_text(const std::string& text);
   void send(int signal) const;
   /// Waits for the end. After `seconds` the process is killed and the test fails.
@@ -52,7 +52,7 @@ class Process {
   int status_ = 0;
 };
 
-/// Runs `nif` with these arguments, to the end.
+/// Runs `nif` with these arguments until it ends.
 Outcome nif(const std::vector<std::string>& arguments);
 /// Path of the executable; `nif-bake` lies beside it.
 std::filesystem::path nif_path();
@@ -62,7 +62,7 @@ std::vector<std::string> lines_of(const std::string& text);
 std::vector<std::string> without_progress(const std::string& err);
 bool is_progress(const std::string& line);
 
-/// Of the "bytes" in a JSON report: its "parts" add up to "file" and "resident", exactly.
+/// Checks that the "parts" of "bytes" in a JSON report add up exactly to "file" and "resident".
 void expect_parts_add_up(const nlohmann::json& bytes);
 
 /// Names of everything in a folder, sorted.

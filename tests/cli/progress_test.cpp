@@ -27,7 +27,7 @@ TEST(Progress, ALogGetsALineForEachTenthAtMost) {
   EXPECT_EQ(shown(Reader::log, 3600, steady(3600)), 10);
   EXPECT_EQ(shown(Reader::log, 5, steady(5)), 4);  // one a second, the first after one
   EXPECT_EQ(shown(Reader::log, 0.9, steady(0.9)), 0);
-  // A stage that stands still, one that falls back, one that jumps.
+  // A stage that stalls, one that goes backwards, one that jumps.
   EXPECT_EQ(shown(Reader::log, 600, [](double) { return 0.03; }), 1);
   EXPECT_EQ(shown(Reader::log, 600, [](double now) { return 0.5 + 0.4 * std::sin(now); }), 2);
   EXPECT_EQ(shown(Reader::log, 600, [](double now) { return now < 300 ? 0.2 : 1.0; }), 2);
@@ -58,10 +58,10 @@ TEST(TimeLeft, CountsNeverUpWhileAStageTakesLonger) {
   EXPECT_EQ(left.text(100, 0.53), "0 s left");
   EXPECT_EQ(left.text(101, 0.53), "takes longer");
   EXPECT_EQ(left.text(1000, 0.59), "takes longer");
-  // Another tenth is done, at its own speed.
+  // Another tenth is done, at another speed.
   EXPECT_EQ(left.text(1200, 0.6), "13:20 min left");
   EXPECT_EQ(left.text(1210, 0.6), "13:10 min left");
-  // A job that ends sooner is known at once.
+  // A shorter remaining time shows immediately.
   EXPECT_EQ(left.text(1211, 0.9), "2:15 min left");
 }
 

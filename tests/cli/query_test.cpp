@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-/// A square from 0 to 1 at z = 0, and another object, the same at z = 10, of an asset that is exact.
+/// An exact asset with two objects: a square from 0 to 1 at z = 0, and the same at z = 10.
 class Query : public testing::Test {
  protected:
   static constexpr const char* kDown = "0.25 0.5 2 0 0 -1";       // meets the first
@@ -35,7 +35,7 @@ class Query : public testing::Test {
     }
     const std::string mesh = folder_->write("squares.obj", text).string();
     asset_ = new std::string((folder_->path() / "squares.nif").string());
-    // The second is no copy of the first: else there would be one object with two instances.
+    // The squares differ in z, so the file has two objects, not two instances of one.
     const Outcome outcome = nif({"bake", mesh, "-o", *asset_, "--encoding", "bvh", "--rays", "0", "--quiet"});
     ASSERT_EQ(outcome.code, 0) << outcome.err;
   }
@@ -52,14 +52,14 @@ class Query : public testing::Test {
     more.insert(more.begin(), {"--rays", folder_->write("rays", bytes).string()});
     return query(more);
   }
-  /// With standard input from a pipe.
+  /// Runs it with standard input from a pipe.
   static Outcome piped(const std::string& bytes, const std::string& options = "") {
     const std::string file = folder_->write("rays", bytes).string();
     return Process("/bin/sh", {"-c", R"(cat "$1" | "$0" query "$2" --rays - )" + options, nif_path().string(),
                                file, *asset_})
         .finish();
   }
-  /// A digit for each ray: 1 is visible.
+  /// One digit per ray: 1 is visible.
   static std::string visible(const Outcome& outcome) {
     EXPECT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_TRUE(without_progress(outcome.err).empty()) << outcome.err;
@@ -101,9 +101,9 @@ TEST_F(Query, AnswersRaysOfTheCommandLine) {
   const Outcome outcome = query({"--ray", kDown, "--ray", kShort, "--ray", "0.25,0.5,2, 0,0,-1"});
   EXPECT_EQ(outcome.out, "visible,certain,probability\n0,1,0\n1,1,1\n0,1,0\n") << outcome.err;
   EXPECT_EQ(outcome.err, "");
-  // A direction to another point, and tmax 1: does this point see that one?
+  // A direction to another point with tmax 1: does this point see that one?
   EXPECT_EQ(visible(query({"--ray", "0.5 0.5 1  0 0 -2  0 1", "--ray", "2 0.5 1  0 0 -2  0 1"})), "01");
-  // Words that begin like options.
+  // Values that look like options.
   EXPECT_EQ(
       visible(query({"--ray", "-.5 0.5 0.25 1 0 -.25", "--ray", "-1 0 2 0 0 -1", "--ray=-inf 0 0 0 0 1"})),
       "011");
@@ -247,7 +247,7 @@ TEST_F(Query, RefusesArraysByName) {
            {"\x93NUMPY", Status::file_truncated, "ends within its header"}}) {
     expect_refused(rays(bytes), status, why);
   }
-  // A pipe has no size to begin with.
+  // The size of a pipe is not known in advance.
   expect_refused(piped(npy_of("<f4", "(9999999999999, 6)", six)), Status::file_truncated, "ends in row 2 of");
   expect_refused(piped(npy_of("<f4", "(1, 6)", six + "x")), Status::malformed_rays,
                  "continues after the 1 rows");
@@ -297,7 +297,7 @@ TEST_F(Query, RefusesTablesByLineAndColumn) {
 
 TEST_F(Query, WritesArrays) {
   const std::string out = (folder_->path() / "answers.npy").string();
-  // From text, whose rays nobody has counted.
+  // From text, where the count is not known in advance.
   const std::string text = std::string(kDown) + "\n" + kAside + "\n" + kDown + "\n";
   const Outcome outcome = rays(text, {"-o", out, "--hits"});
   EXPECT_EQ(outcome.out, out + ": 3 rays, 33.33% visible, 100.00% certain\n") << outcome.err;
@@ -325,7 +325,7 @@ TEST_F(Query, WritesArrays) {
   EXPECT_EQ(instance[1], ~0u);
   EXPECT_EQ(bytes[header], 0);
   EXPECT_EQ(bytes[header + 34], 1);
-  // A count that is known, and none.
+  // With a known count, and with none.
   EXPECT_EQ(piped(npy_of("<f4", "(1, 6)", std::string(24, '\0')), "--format npy").out.size(), 128u + 6);
   EXPECT_NE(piped("", "--format npy").out.find("'shape': (0,)"), std::string::npos);
 }
@@ -362,7 +362,7 @@ TEST_F(Query, RefusesOptionsAndFilesByName) {
                  "rays");
 }
 
-/// Several pieces and batches, asked by several threads, in order; lines cut anywhere.
+/// Several chunks and batches, answered by several threads in order; chunks end anywhere in a line.
 TEST_F(Query, KeepsTheOrderOfManyRays) {
   std::string text, wanted;
   for (int i = 0; i < 150'000; ++i) {
@@ -374,7 +374,7 @@ TEST_F(Query, KeepsTheOrderOfManyRays) {
   EXPECT_EQ(visible(piped(text, "-j 1")), wanted);
 }
 
-/// Each line is answered before the next one is there.
+/// Each line is answered before the next one arrives.
 TEST_F(Query, AnswersAPipeAtOnce) {
   const Outcome outcome = Process("/bin/bash", {"-c",
                                                 R"(coproc N { exec "$0" query "$1" --rays -; }

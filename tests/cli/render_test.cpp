@@ -66,7 +66,7 @@ TEST_F(Render, ExactAssetsGiveTheReferencesPicture) {
   for (const auto& [name, camera] : result["cameras"].items()) {
     EXPECT_GT(camera["shadow_rays"], 64 * 48) << name;
     EXPECT_EQ(camera["certain"], 1) << name;
-    // Rounding may decide otherwise on an edge.
+    // Rounding may differ on an edge.
     EXPECT_LT(camera["error"].get<double>(), 1e-3) << name;
     for (const char* mode : {"bits", "probability", "hybrid"}) {
       const json& psnr = camera["pictures"][mode]["psnr"];
@@ -90,7 +90,7 @@ TEST_F(Render, FieldsComeCloseAndThreadsDoNotMatter) {
   const json cameras = json::parse(outcome.out)["cameras"];
   for (const auto& [name, camera] : cameras.items()) {
     EXPECT_GT(camera["pictures"]["bits"]["psnr"], 25) << name;
-    // There is none where the pictures are the same.
+    // Equal pictures have none.
     const json& hybrid = camera["pictures"]["hybrid"]["psnr"];
     EXPECT_TRUE(hybrid.is_null() || hybrid > camera["pictures"]["bits"]["psnr"]) << name;
     EXPECT_GT(camera["pictures"]["probability"]["ssim"], 0.9) << name;
@@ -104,9 +104,9 @@ TEST_F(Render, FieldsComeCloseAndThreadsDoNotMatter) {
     EXPECT_EQ(read_bytes(fs::path(out_) / file), read_bytes(fs::path(other) / file)) << file;
 }
 
-/// Rays from inside and from outside of an asset's box: together they are all.
+/// Rays from inside and outside of an asset's box add up to all rays.
 TEST_F(Render, PartsOfTheAnswersAlone) {
-  bake("segment", {"--resolution", "8"});  // so coarse that some answers of each part are wrong
+  bake("segment", {"--resolution", "8"});  // coarse enough for wrong answers in both parts
   const std::string scene =
       folder_.write("scene.toml", scene_text("mesh = 'ring.obj'\nnif = 'segment.nif'\n")).string();
   std::map<std::string, double> wrong;
@@ -211,8 +211,8 @@ TEST_F(Render, CamerasRaysByAField) {
     EXPECT_GT(camera["pictures"]["primary"]["psnr"], 20) << name;
     EXPECT_GT(camera["pictures"]["primary"]["ssim"], 0.5) << name;
     EXPECT_EQ(camera["primary"]["rays"], 64 * 48 * 4) << name;
-    // It was trained for seconds. One that knew nothing would differ in every hit, and its normals by 90
-    // degrees. How well a field learns is tested in tests/bake.
+    // It was trained for seconds only. An untrained one would differ in every hit and, on average, by 90
+    // degrees in normals. tests/bake tests how well fields learn.
     const double hits = camera["primary"]["hits"];
     EXPECT_GT(hits, 0.05) << name;
     EXPECT_LT(camera["primary"]["differ"], 0.3 * hits) << name;
@@ -227,7 +227,7 @@ TEST_F(Render, CamerasRaysByAField) {
     EXPECT_EQ(read_bytes(folder_.path() / "fields" / file), read_bytes(folder_.path() / "two" / file))
         << file;
 
-  // The other pictures are those of an asset without the field, which cannot make these two.
+  // The other pictures equal those of an asset without the field, which cannot render these two.
   const Outcome plain = render("plain", "nif = 'without.nif'\n", "2");
   ASSERT_EQ(plain.code, 0) << plain.err;
   EXPECT_FALSE(json::parse(plain.out)["cameras"]["front"].contains("primary"));
@@ -241,7 +241,7 @@ TEST_F(Render, CamerasRaysByAField) {
   refused({"render", scene, "-o", out_}, Status::malformed_scene, "'primary' is true, but");
 }
 
-/// All rays by assets, with a mirror and a bounce.
+/// All rays are answered by assets, with a mirror and a bounce.
 TEST_F(Render, PicturesByAssetsAlone) {
   bake("bvh");
   const std::string object = "mesh = 'ring.obj'\nnif = 'bvh.nif'\n";
@@ -288,7 +288,7 @@ TEST_F(Render, PicturesByAssetsAlone) {
   EXPECT_NE(printed.out.find("camera           asset "), std::string::npos) << printed.out;
   for (const std::string& file : files)
     EXPECT_EQ(read_bytes(fs::path(out_) / file), read_bytes(fs::path(two) / file)) << file;
-  // The reference is that of any other run.
+  // The reference picture is the same as in any other run.
   ASSERT_EQ(nif({"render", scene, "-o", two, "--bounces", "1", "--quiet"}).code, 0);
   for (const char* file : {"front-reference.png", "side-reference.png"})
     EXPECT_EQ(read_bytes(fs::path(out_) / file), read_bytes(fs::path(two) / file)) << file;
@@ -354,7 +354,7 @@ TEST_F(Render, AGlbIsASceneWithItsLightsAndCameras) {
   EXPECT_GT(json::parse(outcome.out)["cameras"]["eye_1"]["shadow_rays"], 0);
   refused({"render", glb, "-o", out_, "--camera", "back"}, Status::usage, "its cameras are eye_1, eye_12");
 
-  // As an object, beside what the scene says itself; with a light that is none.
+  // As an object, beside the scene's own camera and lights; one light has an unknown type.
   gltf.light({{"type", "laser"}});
   folder_.write("ring.glb", gltf.glb());
   const std::string scene =

@@ -27,7 +27,7 @@ class Resume : public testing::Test {
     words.insert(words.end(), more.begin(), more.end());
     return words;
   }
-  /// Starts it and kills it as soon as there is a checkpoint.
+  /// Starts a bake and kills it as soon as there is a checkpoint.
   void kill_at_checkpoint(const std::vector<std::string>& arguments) const {
     Process process(nif_path(), arguments);
     for (int i = 0; i < 20'000 && !fs::exists(checkpoint_); ++i)
@@ -51,7 +51,7 @@ TEST_F(Resume, GoesOnToTheSameBytes) {
   kill_at_checkpoint(words({"--checkpoint", "0.01", "-j", "1"}));
   const std::string kept = read_bytes(checkpoint_);
 
-  // Of another bake: refused, and it stays.
+  // The checkpoint of another bake is refused and kept.
   const auto refused = [&](const std::vector<std::string>& more, const std::string& why) {
     const Outcome outcome = nif(words(more));
     EXPECT_EQ(outcome.code, int(Status::checkpoint_refused)) << outcome.err;
@@ -129,7 +129,7 @@ TEST_F(Resume, AManifestGoesOnByItself) {
   EXPECT_TRUE(read_bytes(path("torus.nif")) == whole);
   EXPECT_FALSE(fs::exists(checkpoint_));
 
-  // One that is of no use is no reason not to bake.
+  // An unusable checkpoint does not prevent a bake.
   fs::remove(path("torus.nif"));
   folder_.write("torus.nif.checkpoint", "NIFBAKE\nof something");
   const Outcome anew = nif({"bake", "--manifest", manifest, "--json"});

@@ -24,7 +24,7 @@ class Shown : public testing::Test {
     more.insert(more.begin(), {"bake", mesh, "-o", asset, "--encoding", "bvh", "--rays", "0"});
     return nif(more);
   }
-  /// A cube, of two nodes: one of them is scaled.
+  /// A cube with two nodes, one of them scaled.
   static Gltf two_nodes(const json& scale) {
     Gltf gltf = gltf_of(cube());
     gltf.json["materials"] = {{{"name", "glass"},
@@ -101,7 +101,7 @@ TEST_F(Shown, WhatIsChosenIsRecordedAndReadAlike) {
   EXPECT_EQ(nif({"attach", mesh, asset, "-o", path("both.glb")}).code, 0);
   EXPECT_EQ(nif({"render", path("both.glb"), "-o", path("pictures"), "--help"}).code, 0);
 
-  // The same for a manifest, which is up to date then, and for a conversion.
+  // The same for a manifest, which is then up to date, and for a conversion.
   const std::string manifest =
       folder_
           .write("m.toml",

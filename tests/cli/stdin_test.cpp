@@ -21,7 +21,7 @@ class Stdin : public testing::Test {
   }
   std::string path(const std::string& name) const { return (folder_.path() / name).string(); }
   static Outcome shell(const std::string& line) { return Process("/bin/sh", {"-c", line}).finish(); }
-  /// nif with a file as its standard input, through a pipe.
+  /// Runs nif with a file as standard input, through a pipe.
   static Outcome piped(const std::string& file, const std::string& words) {
     return shell("cat '" + file + "' | '" + nif_path().string() + "' " + words);
   }
@@ -43,7 +43,7 @@ TEST_F(Stdin, IsBakedAndComparedAsTheFileIs) {
 
 TEST_F(Stdin, IsReadByTheVerbsOfMesh) {
   ASSERT_EQ(piped(obj_, "mesh convert - --format obj -o '" + path("c.ply") + "'").code, 0);
-  // Formats with a signature need no name, also compressed.
+  // Formats with a signature need no name, even if compressed.
   ASSERT_EQ(shell("gzip '" + path("c.ply") + "'").code, 0);
   const Outcome info = piped(path("c.ply.gz"), "mesh info - --json");
   ASSERT_EQ(info.code, 0) << info.err;

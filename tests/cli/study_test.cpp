@@ -46,7 +46,8 @@ TEST(Study, ComparesAndGoesOnWhereItStopped) {
     ASSERT_FALSE(point.contains("left_out")) << point;
     EXPECT_GT(point["bytes"]["resident"].get<uint64_t>(), 0u) << point;
     EXPECT_GT(point["sets"]["sun"]["speed"]["ratio"].get<double>(), 0) << point;
-    // A ball is easy: whoever is wrong this often answers something else. Not `spherical`, hardly trained.
+    // A ball is easy, so a higher error means that a rival answers another question. `spherical` is excepted:
+    // it is hardly trained.
     if (point["family"] != "spherical") {
       EXPECT_LT(point["sets"]["outer-lines"]["error"].get<double>(), 0.1) << point;
     }
@@ -71,12 +72,12 @@ TEST(Study, ComparesAndGoesOnWhereItStopped) {
   for (const char* word : {"At equal bytes", "Curves", "Pictures", "All sizes", "meshoptimizer: exact"})
     EXPECT_NE(page.find(word), std::string::npos) << word;
 
-  // Nothing is left to do: the same figures, timings among them.
+  // Nothing is left to do, so all figures stay, even timings.
   const Outcome again = study(ball, out, {"--json"});
   ASSERT_EQ(again.code, 0) << again.err;
   EXPECT_EQ(json::parse(again.out), all);
 
-  // One of the points is lost: it alone is made again.
+  // Only a missing point is measured again.
   fs::remove(out / point_of(all, "bvh", "all triangles")->at("view").at("picture").get<std::string>());
   const Outcome mended = study(ball, out, {"--json"});
   ASSERT_EQ(mended.code, 0) << mended.err;
@@ -90,7 +91,7 @@ TEST(Study, ComparesAndGoesOnWhereItStopped) {
     }
   }
 
-  // Another mesh, other rays, another seed, or no study: nothing is mixed, and nothing is lost.
+  // Another mesh, other rays, another seed, or no study: results are not mixed, and none is lost.
   const std::string kept = read_bytes(out / "study.json");
   const std::string cubes = folder.write("cube.obj", obj_text(cube())).string();
   for (const auto& [refused, word] : std::vector<std::pair<Outcome, std::string>>{
@@ -126,7 +127,7 @@ TEST(Study, LeavesOutWhatAMeshCannotBe) {
   EXPECT_NE((*field)["left_out"].get<std::string>().find("is open"), std::string::npos) << *field;
   EXPECT_FALSE(field->contains("sets"));
   EXPECT_FALSE(point_of(all, "voxels", "96 voxels along its longest side")->contains("left_out"));
-  // It has fewer triangles than the simplified meshes would.
+  // It has fewer triangles than the simplified meshes would have.
   EXPECT_EQ(point_of(all, "OpenMesh: Embree", "4,000 triangles"), nullptr);
   EXPECT_NE(read_bytes(out / "study.html").find("Left out"), std::string::npos);
   EXPECT_NE(outcome.out.find("segment"), std::string::npos) << outcome.out;

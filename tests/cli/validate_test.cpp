@@ -21,7 +21,7 @@ class ValidateCommand : public testing::Test {
   TempDir folder_;
 };
 
-/// A ball of triangles, and nothing about it that is not as it should be.
+/// A ball without any defect.
 format::Asset good_asset() {
   RandomAssetOptions options;
   options.objects = options.instances = 0;
@@ -86,8 +86,8 @@ TEST_F(ValidateCommand, EscapesTextOfOthers) {
   }
 }
 
-/// Metadata is shown, never trusted: what is long there is not shown a thousand times, and looked up for
-/// ever.
+/// Metadata is shown, but not trusted: a long value is neither repeated a thousand times nor searched without
+/// end.
 TEST_F(ValidateCommand, InfoOfMetadataOfAnySizeIsShort) {
   format::Asset asset = random_asset(3, {.objects = 1, .instances = 3});
   ASSERT_EQ(asset.instances.size(), 3u);

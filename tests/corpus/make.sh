@@ -70,7 +70,7 @@ if [[ -n ${NIF_TEST_MESHES-} ]]; then
   real segment-skull "$skull" --encoding segment "${grid[@]}" 24
   real segment-skull-uncoded "$skull" --encoding segment "${grid[@]}" 14 --uncoded
   real segment-self "$self" --encoding segment "${grid[@]}" 24
-  real segment-self-lean "$self" --encoding segment "${grid[@]}" 16 --lean leak=1%
+  real segment-self-lean "$self" --encoding segment "${grid[@]}" 16 --max-leak 1%
   real segment-openscad "$openscad" --encoding segment "${grid[@]}" 13
   real segment-three three.stl --encoding segment "${grid[@]}" 10
   real proof-skull "$skull" --encoding proof "${grid[@]}" 24

@@ -23,26 +23,26 @@ bool has_points(const NifRay& ray) {
          (ray.direction[0] != 0 || ray.direction[1] != 0 || ray.direction[2] != 0);
 }
 
-/// A ray as one instance of a scene has it.
+/// A ray relative to one instance of a scene.
 struct Part {
   const Look* look;
   bool triangles;
-  bool met;  ///< false: it is as if it were not there
+  bool met;  ///< if false, the instance has no effect
 };
 
-/// Looks at rays, which scenes have in common.
+/// Examines rays; scenes share the results.
 class Looks {
  public:
   Looks(const Judge& judge, size_t rays) : judge_(judge) {
     for (auto& known : known_) known.resize(rays);
   }
 
-  /// Of a scene: `ray` is the i-th in place, or the i-th of those that were moved.
+  /// For a scene: `ray` is the i-th ray, untransformed or transformed.
   std::vector<Part> parts(const std::vector<Instance>& instances, bool moved, const NifRay& ray, size_t i) {
     std::vector<Part> parts;
     for (const Instance& one : instances) {
-      // What planes prove holds for the ray itself. Of triangles it is said of a ray that is moved by less
-      // than 2^-14 of the extent, but in place.
+      // What planes prove holds for the ray itself. Answers by triangles may be those of a ray moved by less
+      // than 2^-14 of the extent, unless the instance is untransformed.
       const bool in_place = one.in_place(), loose = one.has_triangles() && !in_place;
       const double aside = loose ? 0x1.02p-14 * double(judge_.extent()) : 0;
       auto& known = known_[moved][i];
@@ -72,12 +72,12 @@ class Looks {
   std::vector<std::vector<Known>> known_[2];
 };
 
-/// What is wrong with what is said of ray i, which has points.
+/// What is wrong with the answers to ray i, which is not empty.
 std::string wrong(const Judge& judge, const std::vector<Part>& parts, const Subject& subject,
                   const Said& said, size_t i) {
   const FirstHits& hits = said.hits;
   std::string what;
-  /// Is the question answered right for all instances, or for any?
+  /// Whether the check holds for all instances, or for any.
   const auto all = [&](const auto& ask) {
     for (const Part& part : parts)
       if (part.met)
@@ -114,7 +114,7 @@ std::string wrong(const Judge& judge, const std::vector<Part>& parts, const Subj
         return what;
     }
   }
-  // Of triangles both are t, rounded to a float.
+  // By triangles both equal t, rounded to a float.
   const bool rounded = std::any_of(parts.begin(), parts.end(), has_triangles);
   const float low = rounded ? std::nextafter(hits.low[i], -kEndless) : hits.low[i];
   const float high = rounded ? std::nextafter(hits.high[i], kEndless) : hits.high[i];
@@ -134,7 +134,7 @@ std::string wrong(const Judge& judge, const std::vector<Part>& parts, const Subj
   return {};
 }
 
-/// Of a ray without points, or with numbers that are none.
+/// For an empty ray, or one with NaN.
 std::string wrong_of_none(const NifRay& ray, const Said& said, size_t i) {
   const bool no_points = ray.tmin > ray.tmax;
   const bool right = said.visible[i] && (said.certain[i] != 0) == no_points;
@@ -144,7 +144,7 @@ std::string wrong_of_none(const NifRay& ray, const Said& said, size_t i) {
 bool same_bits(const float* a, const float* b, size_t count) {
   return std::memcmp(a, b, count * sizeof(float)) == 0;
 }
-/// Whether two ways say the same of a ray.
+/// Whether two ways give the same answers to a ray.
 bool agree(const Said& a, size_t i, const Said& b, size_t j) {
   bool same = a.visible[i] == b.visible[j] && a.certain[i] == b.certain[j] && a.logit[i] == b.logit[j] &&
               a.listed[i] == b.listed[j] && a.open[i] == b.open[j];
@@ -169,14 +169,13 @@ std::string both(const Said& a, size_t i, const Said& b, size_t j) {
 
 Random of_grid(uint64_t seed) { return Random(seed, 1, 1); }
 
-/// Rays of kinds that differ at random, so that batches have some of each.
+/// Rays of random kinds, so that batches have some of each.
 std::vector<NifRay> draw_rays(const mesh::Mesh& mesh, const mesh::Box& box, uint32_t count, Random& random) {
   const auto generators = ray_generators();
   const float extent = *std::max_element(box.max.begin(), box.max.end());
   std::vector<NifRay> rays;
   for (uint32_t i = 0; i < count; ++i) {
-    // Few of what is invalid, the last one; and of what only large meshes are for, the one before, many
-    // there.
+    // Few of the last kind, invalid rays. The kind before it is for large meshes, and frequent there.
     size_t kind = random.below(uint32_t(generators.size() - 2));
     if (extent > 0x1p43f && random.below(3) == 0) kind = generators.size() - 2;
     if (random.below(64) == 0) kind = generators.size() - 1;
@@ -220,7 +219,7 @@ std::vector<Finding> judge(const Case& one, const std::vector<Way>& ways, uint32
   try {
     subject.emplace(one.hostile.mesh, one.transform, random);
   } catch (const nif::Error& error) {
-    // Too large or too small for an encoding; not what the baker's own checks find.
+    // Too large or too small for an encoding. Findings of the baker's own checks do not count.
     if (error.status() == Status::internal)
       findings.push_back({Placed::bvh, "bake", one.rays.at(0), error.what()});
     else
@@ -228,7 +227,7 @@ std::vector<Finding> judge(const Case& one, const std::vector<Way>& ways, uint32
     return findings;
   }
   const Judge judge(one.hostile.mesh, one.hostile.closed);
-  // In the world, and in a world that the transform leads to.
+  // In world space, and in a world behind the transform.
   std::vector<NifRay> moved;
   for (const NifRay& ray : one.rays) moved.push_back(to_world(ray, one.transform));
   Looks looks(judge, one.rays.size());
@@ -240,7 +239,7 @@ std::vector<Finding> judge(const Case& one, const std::vector<Way>& ways, uint32
       const std::vector<Instance>& instances = subject->instances(placed);
       if (instances.empty()) continue;
       const std::vector<NifRay>& rays = is_moved(placed) ? moved : one.rays;
-      // Of few rays at a time some do: calls are what takes the time.
+      // With few rays at a time, some suffice: the calls take the time.
       const bool first_way = &way == ways.data();
       const size_t asked = placed >= Placed::crowd ? std::min<size_t>(rays.size(), 250) : rays.size();
       const size_t most = first_way        ? asked
@@ -297,7 +296,7 @@ Case minimise(const Case& one, const Finding& finding, const std::vector<Way>& w
       return f.placed == finding.placed && (f.way == ways[0].name) == (finding.way == ways[0].name);
     });
   };
-  // The ray: by halves, because batches may matter.
+  // Reduces the rays by halves, because batches may matter.
   for (size_t part = least.rays.size(); part > 0; part /= 2)
     for (size_t first = 0; least.rays.size() > 1 && first < least.rays.size();) {
       Case fewer = least;
@@ -362,7 +361,7 @@ Case read_case(const std::filesystem::path& file) {
       throw std::runtime_error(file.string() + ":" + std::to_string(number) + ": '" + line +
                                "' is no line of a case");
     };
-    const auto read = [&](float& x) {  // streams do not read hexadecimal floats
+    const auto read = [&](float& x) {  // streams cannot read hexadecimal floats
       if (!(words >> word)) refuse();
       size_t length = 0;
       x = std::stof(word, &length);

@@ -23,7 +23,8 @@ Quad3 cross(const Quad3& a, const Quad3& b) {
 Quad magnitude(Quad a) { return a < 0 ? -a : a; }
 Quad largest(const Quad3& a) { return std::max({magnitude(a.x), magnitude(a.y), magnitude(a.z)}); }
 Quad clamp(Quad a, Quad low, Quad high) { return a < low ? low : a > high ? high : a; }
-/// Newton's method, twice from double precision; `a` is scaled first, because it may be beyond what that has.
+/// Two steps of Newton's method from double precision. `a` is scaled first, because it may exceed the range
+/// of double.
 Quad root(Quad a) {
   if (!(a > 0)) return 0;
   Quad scale = 1;
@@ -42,10 +43,10 @@ mpz_class whole(float f) {
   mpz_class value = int(std::ldexp(mantissa, 24));
   const int shift = exponent - 24 + 149;
   if (shift >= 0) return value << shift;
-  return value >> -shift;  // exact: of a denormal the last bits are 0
+  return value >> -shift;  // exact: the last bits of a denormal are 0
 }
 
-/// Of the determinant of d, p - o and q - o, in double precision; `error` bounds it.
+/// The determinant of d, p - o and q - o in double precision; `error` bounds its error.
 struct Bounded {
   double value, error;
 };
@@ -85,7 +86,7 @@ Quad square_to_segment(const Quad3& point, const Quad3& from, const Quad3& to) {
   return dot(apart, apart);
 }
 
-/// Between two segments. After Ericson, "Real-Time Collision Detection" (2005), 5.1.9.
+/// Distance between two segments, after Ericson, "Real-Time Collision Detection" (2005), 5.1.9.
 Quad square_between(const Quad3& p, const Quad3& p_end, const Quad3& q, const Quad3& q_end) {
   const Quad3 d = p_end - p, e = q_end - q, r = p - q;
   const Quad a = dot(d, d), b = dot(d, e), c = dot(d, r), f = dot(e, r), g = dot(e, e), area = a * g - b * b;
@@ -151,7 +152,7 @@ Look Judge::look(const NifRay& ray, const std::array<float, 12>& m, double aside
   const auto row = [&](size_t i) { return Quad3{m[4 * i], m[4 * i + 1], m[4 * i + 2]}; };
   const Quad3 a = row(0), b = row(1), c = row(2);
   const Quad determinant = dot(a, cross(b, c));
-  const Quad3 columns[3] = {cross(b, c), cross(c, a), cross(a, b)};  // of the inverse, times that
+  const Quad3 columns[3] = {cross(b, c), cross(c, a), cross(a, b)};  // of the inverse, times the determinant
   const auto back = [&](const Quad3& p) {
     return (columns[0] * p.x + columns[1] * p.y + columns[2] * p.z) * (1 / determinant);
   };
@@ -167,7 +168,7 @@ Look Judge::look(const NifRay& ray, const std::array<float, 12>& m, double aside
 
 void Judge::meet(Look& look, bool exact, const NifRay& ray) const {
   const double o[3] = {double(look.origin.x), double(look.origin.y), double(look.origin.z)};
-  // Of a length near 1, so that nothing overflows.
+  // Scaled to a length near 1, so that nothing overflows.
   const int exponent = std::ilogb(double(largest(look.direction)));
   const Quad scale = exact ? Quad(1) : Quad(std::ldexp(1.0, -exponent));
   const double d[3] = {double(look.direction.x * scale), double(look.direction.y * scale),
@@ -200,7 +201,8 @@ void Judge::meet(Look& look, bool exact, const NifRay& ray) const {
     const Quad height = dot(normal, look.origin - quad_of(triangle.at[0])), rate = dot(normal, direction);
     if (rate == 0) continue;
     bool sure = true;
-    // How wide the triangle is seen, and how far from its edges the ray passes: areas over lengths.
+    // The width of the triangle as seen by the ray, and the ray's distance from its edges: areas over
+    // lengths.
     const double area = std::abs(double(rate * scale)) * triangle.area, aside = double(look.aside);
     for (int k = 0; k < 3; ++k) {
       const double *from = triangle.at[(k + 1) % 3], *to = triangle.at[(k + 2) % 3];
@@ -270,13 +272,13 @@ const Meeting* Judge::first_sure(const Look& look, float from, float to) const {
   return first;
 }
 
-/// Beyond it there is nothing.
+/// Clamps t to a range that contains the whole mesh.
 Quad Judge::end_of(const Look& look, float t) const {
   const Quad farthest = 8 * std::max(largest(look.origin), Quad(extent_)) / largest(look.direction);
   return clamp(std::isinf(t) ? (t > 0 ? farthest : -farthest) : Quad(t), -farthest, farthest);
 }
 
-/// Of the ray between two t from a triangle.
+/// Distance from a triangle to the ray between two t.
 Quad Judge::distance(const Look& look, Quad from, Quad to, const Corners& triangle) const {
   const Quad3 p = look.origin + look.direction * from, q = look.origin + look.direction * to;
   const Quad3 corner[3] = {quad_of(triangle.at[0]), quad_of(triangle.at[1]), quad_of(triangle.at[2])};
@@ -304,7 +306,7 @@ Quad Judge::distance(const Look& look, Quad from, Quad to, const Corners& triang
 bool Judge::near_any(const Look& look, Quad from, Quad to) const {
   for (const Meeting& m : look.meetings)
     if (from <= m.t && m.t <= to) return true;
-  // A ball around a triangle that the line passes by more than it can be off by is not looked at.
+  // Skips triangles whose bounding ball the line misses by more than the tolerance.
   const Quad3 unit = look.direction * (1 / root(dot(look.direction, look.direction)));
   const double o[3] = {double(look.origin.x), double(look.origin.y), double(look.origin.z)};
   const double d[3] = {double(unit.x), double(unit.y), double(unit.z)};

@@ -18,7 +18,7 @@
 
 namespace nif::test {
 
-/// 113 bits.
+/// A number with 113 bits.
 #ifdef __SIZEOF_FLOAT128__
 using Quad = __float128;
 #else
@@ -35,12 +35,12 @@ struct Quad3 {
 struct Meeting {
   uint32_t triangle;
   Quad t;
-  Quad height, rate;  ///< of the origin above the triangle's plane, and how it changes with t
-  /// Seen so wide, and so far from its edges, that an answer may not miss it.
+  Quad height, rate;  ///< of the origin above the triangle's plane, and its change with t
+  /// The triangle is seen wide enough, and hit far enough from its edges, that no answer may miss it.
   bool sure;
 };
 
-/// An answer may be that of a ray moved by less than `aside`: all it says must be true of the mesh then.
+/// An answer may belong to a ray moved by less than `aside`; all of it must be true for such a ray.
 struct Look {
   Quad3 origin, direction;
   float tmin, tmax;
@@ -50,28 +50,27 @@ struct Look {
 
 class Judge {
  public:
-  /// Copies what it needs.
+  /// Copies its arguments.
   Judge(const mesh::Mesh& mesh, bool closed);
 
-  /// The largest coordinate.
+  /// The largest magnitude of a coordinate.
   float extent() const { return extent_; }
 
-  /// Of a valid ray, as it is. Answers may be off by 2^-40 of the largest coordinate of origin and mesh
+  /// For a valid, untransformed ray. Answers may be off by 2^-40 of the largest coordinate of origin and mesh
   /// (docs/encodings/bvh.md).
   Look look(const NifRay& ray) const;
-  /// Of a ray that reaches the mesh through a transform, object to world, and whose answers may be off by
-  /// `aside` in object space, or by as much as those above if that is more.
-  /// `remainder` is added to the translation.
+  /// For a ray through an object-to-world transform. Answers may be off by `aside` in object space, or by as
+  /// much as above if that is more. `remainder` is added to the translation.
   Look look(const NifRay& ray, const std::array<float, 12>& transform, double aside,
             const std::array<float, 3>& remainder = {}) const;
 
-  /// Does the ray start inside of the mesh, farther than `aside` from it? Only of closed ones.
+  /// Whether the ray starts inside the mesh, farther than `aside` from its surface. Only for closed meshes.
   bool starts_inside(const Look& look) const;
 
-  // Each returns what is wrong, or nothing.
+  // Each returns what is wrong, or an empty text.
   std::string visible(const Look& look) const;   ///< nothing is met
   std::string occluded(const Look& look) const;  ///< something is
-  /// Something is met at t, to a float's accuracy, and nothing before.
+  /// Something is met at t, within a float's accuracy, and nothing before.
   std::string first_hit(const Look& look, float t, const mesh::Float3 corners[3]) const;
   /// Nothing is met before `low`.
   std::string nothing_before(const Look& look, float low) const;
@@ -83,8 +82,8 @@ class Judge {
  private:
   struct Corners {
     double at[3][3];
-    Quad3 normal;                              ///< of unit length; 0 of what has no area
-    double area = 0, centre[3]{}, radius = 0;  ///< area: twice that
+    Quad3 normal;                              ///< of unit length; 0 if the triangle has no area
+    double area = 0, centre[3]{}, radius = 0;  ///< `area` is twice the area
   };
   Quad rounding(const Look& look) const;
   void meet(Look& look, bool exact, const NifRay& ray) const;
@@ -99,7 +98,7 @@ class Judge {
   bool closed_;
 };
 
-/// The ray in hexadecimal floats, as docs and tests have it.
+/// The ray as text with hexadecimal floats, as in docs and tests.
 std::string in_hex(const NifRay& ray);
 
 }  // namespace nif::test

@@ -2,12 +2,12 @@
 //            [--gpu MODULE [--gpu-rays N]] [--keep FOLDER] [--log FILE] [--first]
 //
 // Judges answers in exact arithmetic: hostile meshes, rays and transforms, in every encoding, by every call,
-// instruction set and batch size, until so many cases are judged or the time is over (60 s). Cases have
-// numbers, and are the same in every run with the same seed. --gpu: also by a GPU, by this module; of each
-// case only so many rays (16), because the emulated one is slow. Prints each case of which something is
-// wrong; --keep writes it as a file, too, cut down to one ray and a few triangles: moved to tests/exact/cases
-// it is a test. --first: until something is wrong. The last line counts, and --log adds a line to a file: the
-// day, rays judged, how many of them certain, answers, wrong ones, by tabs. Ends with 1 where an answer was
+// instruction set and batch size, until this many cases are judged or the time is over (60 s). Cases have
+// numbers, and are the same in every run with the same seed. --gpu: also by a GPU, through this module; only
+// this many rays of each case (16), because the emulator is slow. Prints each case with a wrong answer.
+// --keep also writes it as a file, reduced to one ray and a few triangles: moved to tests/exact/cases it
+// becomes a test. --first: stops at the first wrong answer. The last line has counts. --log adds a line to a
+// file, with tabs: the day, rays judged, certain ones, answers, wrong answers. Ends with 1 if an answer was
 // wrong.
 #include <chrono>
 #include <cstdio>

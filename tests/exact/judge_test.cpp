@@ -8,7 +8,7 @@
 namespace nif::test {
 namespace {
 
-/// Over the corner of the plane z = 1 between x, y and x + y = 4.
+/// A triangle in the plane z = 1, bounded by x = 0, y = 0 and x + y = 4.
 mesh::Mesh triangle() { return {"triangle", {{0, 0, 1}, {4, 0, 1}, {0, 4, 1}}, {{0, 1, 2}}}; }
 NifRay upwards(float x, float y, float tmin = 0, float tmax = kEndless) {
   return {{x, y, 0}, tmin, {0, 0, 1}, tmax};
@@ -19,7 +19,7 @@ TEST(Judge, KnowsWhatIsMet) {
   const Judge judge(triangle(), false);
   EXPECT_FALSE(judge.visible(judge.look(upwards(1, 1))).empty());
   EXPECT_TRUE(judge.occluded(judge.look(upwards(1, 1))).empty());
-  // Edges and corners belong to it, to the last of 150 bits.
+  // Edges and corners belong to it, exactly to the last of 150 bits.
   for (const auto& [x, y] : {std::pair(0.f, 0.f), {2.f, 2.f}, {0.f, 3.f}, {0x1p-149f, 0.f}}) {
     EXPECT_FALSE(judge.visible(judge.look(upwards(x, y))).empty()) << x << ' ' << y;
     EXPECT_TRUE(judge.occluded(judge.look(upwards(x, y))).empty()) << x << ' ' << y;
@@ -68,7 +68,7 @@ TEST(Judge, LetsWhatIsSeenEdgeOnPass) {
   const NifRay within{{-1, 1, 1}, 0, {1, 0, 0}, kEndless};
   EXPECT_TRUE(judge.visible(judge.look(within)).empty());
   EXPECT_TRUE(judge.occluded(judge.look(within)).empty());
-  NifRay through = within;  // at a slope that double precision has
+  NifRay through = within;  // with a slope that is exact in double precision
   through.origin[2] = 1 + 0x1p-10f;
   through.direction[2] = -0x1p-11f;
   EXPECT_FALSE(judge.visible(judge.look(through)).empty());

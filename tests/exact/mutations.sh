@@ -1,16 +1,16 @@
 #!/usr/bin/env bash
-# Does the judge find what it is there for? Puts faults into a copy of the tree, one at a time, and judges for a minute.
+# Does the judge find faults? Puts faults into a copy of the tree, one at a time, and judges for a minute.
 #
-#   tests/exact/mutations.sh [NAME...]     those named, or all; prints a line for each: how long it took to be found
+#   tests/exact/mutations.sh [NAME...]     the named ones, or all; prints for each how long it took to find it
 #
-# Each takes some two minutes to build on two cores. The copy lies in build/mutations, or in NIF_MUTATIONS. Ends with 1
-# where a fault is not found, or where the line that it changes is no longer there.
+# Each takes about two minutes to build on two cores. The copy is in build/mutations, or in NIF_MUTATIONS. Ends with 1 if a
+# fault is not found, or if the line that it changes no longer exists.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 copy=${NIF_MUTATIONS:-build/mutations} seconds=60
 
-# A name, a file, and what sed does to it. Seams that slivers close were a fault once; the judge leaves slivers out of half of
-# its BVHs, so that seams are open there where nothing is tolerated at edges.
+# A name, a file, and what sed does to it. Seams closed by slivers were once a fault. The judge leaves slivers out of half of
+# its BVHs, so that seams open up there without tolerance at edges.
 faults=(
   'no padding of boxes|kernels/reference/triangles/query.hpp|s/kBvhPadding = 0x1p-20f/kBvhPadding = 0/'
   'no padding of cells|bake/planes/cells.cpp|s/^using kernels::kSurfacePadding;/constexpr double kSurfacePadding = 0;/'
@@ -27,7 +27,7 @@ faults=(
 
 mkdir -p "$copy"
 copy=$(realpath "$copy")
-# What has not changed keeps its time, so that it is not built again.
+# Unchanged files keep their time, so that they are not built again.
 git ls-files -z | while IFS= read -r -d '' file; do
   cmp -s "$file" "$copy/$file" || { mkdir -p "$copy/$(dirname "$file")" && cp "$file" "$copy/$file"; }
 done
@@ -56,7 +56,7 @@ for fault in "${faults[@]}"; do
     missed=1
   else
     start=$EPOCHREALTIME
-    # Till the first that is wrong.
+    # Until the first wrong answer.
     if build/release/bin/judge_rays --first --seed 3 --seconds "$seconds" >build/said; then
       echo "$name: NOT FOUND: $(tail -n 1 build/said)"
       missed=1

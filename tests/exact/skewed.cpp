@@ -9,14 +9,14 @@
 namespace nif::test {
 namespace {
 
-/// Object to world: z becomes `side * (x + y) - down * z`. The other way: z = slope * (x + y) - steep * z.
+/// Object to world: z becomes `side * (x + y) - down * z`. The inverse: z = slope * (x + y) - steep * z.
 struct Skew {
   float side, down;
 
   double slope() const { return double(side) / double(down); }
   double steep() const { return 1 / double(down); }
   Transform transform() const { return {1, 0, 0, 0, 0, 1, 0, 0, side, side, -down, 0}; }
-  /// How much shorter a typical direction gets because these two are rounded to floats.
+  /// How much shorter a typical direction becomes because these two are rounded to floats.
   double shortened() const {
     const double a = slope(), b = steep();
     return 2.5 * (a - double(float(a))) + 1.5 * (double(float(b)) - b);
@@ -36,9 +36,9 @@ Skew draw_skew(Random& random) {
 
 SkewedSheet draw_skewed_sheet(double cell, uint32_t rays, Random& random) {
   constexpr double kSize = 10;
-  // Planes are certain of what comes from up to 16,384 cells away.
+  // Planes give certain answers to rays from up to 16,384 cells away.
   const double far = kSize * cell * random.uniform(14000, 16300), beside = 0.59 * far;
-  // What is above and below it makes the box higher, so that the sheet lies anywhere in its cells.
+  // Triangles above and below make the box higher, so that the sheet lies anywhere in its cells.
   const float low = float(beside), high = float(beside + kSize), level = float(far + random.uniform(0, 1));
   const float bottom = level - float(random.uniform(0.1, 1)), top = level + float(random.uniform(0.1, 1));
   const float near = low + 0.1f;

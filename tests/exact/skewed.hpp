@@ -7,15 +7,15 @@
 
 namespace nif::test {
 
-/// A sheet thousands of cells from the origin of its space, about which it is skewed as far as answers may be
-/// certain. Rays come from that origin and end a little behind the sheet. They are those, of many, that the
-/// way back to object space shortens most by rounding, so that they end before it.
+/// A sheet thousands of cells from the origin of its space, skewed about it as far as certain answers allow.
+/// Rays start at that origin and end slightly behind the sheet. Of many rays, these are the ones that
+/// rounding shortens most on the way back to object space, so that they end before the sheet.
 struct SkewedSheet {
   HostileMesh hostile;
   Transform transform;
   std::vector<NifRay> rays;
 };
-/// `cell`: how large the finest cells are, as a part of the sheet.
+/// `cell`: size of the finest cells, as a fraction of the sheet's.
 SkewedSheet draw_skewed_sheet(double cell, uint32_t rays, Random& random);
 
 }  // namespace nif::test

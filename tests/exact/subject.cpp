@@ -32,14 +32,14 @@ void put(const std::vector<T>& from, std::vector<T>& to, size_t first, size_t ea
   std::copy(from.begin(), from.end(), to.begin() + std::ptrdiff_t(first * each));
 }
 
-/// Any answer to what is not proven.
+/// An arbitrary answer for unproven rays.
 format::Mlp untrained(uint32_t inputs) {
   format::Layer layer{.inputs = inputs, .outputs = 1, .shift = 0, .biases = {1}, .weights = {}};
   for (uint32_t i = 0; i < inputs; ++i) layer.weights.push_back(i % 2 ? 3 : -3);
   return {.layers = {layer}};
 }
 
-/// In object space, before what places the object: where it is, or beside, apart, turned or mirrored.
+/// A change in object space before the transform: none, a shift, a larger shift, or a mirrored quarter turn.
 Transform beside(const mesh::Box& box, Random& random) {
   Transform t = kInPlace;
   const uint32_t kind = random.below(5);
@@ -48,7 +48,7 @@ Transform beside(const mesh::Box& box, Random& random) {
     if (kind == 1) t[4 * a + 3] = float(random.uniform(-1, 1) * size);
     if (kind == 2) t[4 * a + 3] = float(size);
     if (kind == 4) t[4 * a + 3] = float(8 * size);
-    if (kind == 3) {  // turned by a quarter about the middle, and mirrored
+    if (kind == 3) {  // a quarter turn about the middle, mirrored
       const size_t from = (a + 1) % 3;
       t[4 * a + a] = 0;
       t[4 * a + from] = random.below(2) ? 1 : -1;
@@ -65,7 +65,7 @@ void expect(bool same, const char* what) {
 
 uint64_t user_of(uint32_t instance) { return 0x123456789abcdef0u + instance; }
 
-/// One call of each kind. `mask`: of all rays, or 0.
+/// One call of each kind. `mask` is for all rays; 0 if they have none.
 Said ask_once(const nifkit::Scene& scene, const std::vector<NifRay>& rays, const uint32_t& mask) {
   const size_t count = rays.size();
   Said said(count);
@@ -128,7 +128,7 @@ Said ask_once(const nifkit::Scene& scene, const std::vector<NifRay>& rays, const
   return said;
 }
 
-/// As nif.h says: computed in double precision, and rounded to a float and the float that is left.
+/// As nif.h specifies: computed in double precision, rounded to a float and a float for the remainder.
 void put_in_place(Instance& one, const Origin& scene) {
   one.placed = one.transform;
   if (one.origin == Origin{} && scene == Origin{}) return;
@@ -154,7 +154,7 @@ std::vector<Way> make_ways(const std::string& module) {
     try {
       ways.push_back({config + (coded ? " coded" : "") + " by " + std::to_string(most),
                       nifkit::Device("threads=1," + config), coded, most});
-    } catch (const nifkit::Error& error) {  // a processor without it
+    } catch (const nifkit::Error& error) {  // not on this processor
       if (error.code() != NIF_ERROR_NOT_AVAILABLE) throw;
     }
   };
@@ -184,7 +184,7 @@ Subject::Subject(const mesh::Mesh& mesh, const Transform& transform, Random& ran
   const bake::Prepared prepared = bake::prepare(mesh);
   const mesh::CleanMesh& surface = prepared.surface;
   if (!bake::fits_bvh(surface.positions)) throw Error(Status::too_large, mesh.name + ": too large for a BVH");
-  // With slivers, as the baker has it, or without: a seam must be closed either way.
+  // With slivers, as the baker keeps them, or without: seams must be closed either way.
   std::vector<mesh::Triangle> all = surface.triangles;
   if (random.below(2)) all.insert(all.end(), surface.slivers.begin(), surface.slivers.end());
   std::vector<uint32_t> order;
@@ -252,7 +252,7 @@ void Subject::place(const Transform& transform, bool planes, const mesh::Box& bo
       put_in_place(one, &scene == &scenes_[size_t(Placed::changed)] ? origin_ : Origin{});
 }
 
-/// Some instances are removed, disabled, or behind the mask of the rays; in a third of the scenes one is left.
+/// Some instances are removed, disabled or masked out; in a third of the scenes only one is left.
 void Subject::draw_changed(const Transform& transform, bool planes, const mesh::Box& box, Random& random) {
   std::vector<Instance>& scene = scenes_[size_t(Placed::changed)];
   const uint32_t count = 2 + random.below(5), left = random.below(3) == 0 ? random.below(count) : count;

@@ -19,19 +19,19 @@ namespace nif::test {
 enum class Kind : uint32_t { bvh, exact, proof, segment };
 inline constexpr uint32_t kKinds = 4;
 
-/// What a scene has.
+/// Kinds of scenes.
 enum class Placed {
   bvh,
   exact,
   proof,
   segment,
-  all,        ///< in the same place
+  all,        ///< untransformed
   moved_bvh,  ///< these four through a transform
   moved_exact,
   moved_proof,
   moved_segment,
-  crowd,   ///< several of any kinds, by transforms that differ a little
-  changed  ///< such a crowd with origins, of which rays do not meet all
+  crowd,   ///< several of any kind, with slightly different transforms
+  changed  ///< a crowd with origins, of which rays meet only some
 };
 inline constexpr uint32_t kPlaced = 11;
 const char* name_of(Placed placed);
@@ -48,7 +48,7 @@ struct Instance {
   enum class State { enabled, disabled, removed } state = State::enabled;
   bool met = true;  ///< by rays of the scene's mask
 
-  /// Where it must be, as its origin and the scene's have it: a translation of up to 48 bits.
+  /// Its exact position by its origin and the scene's: a translation of up to 48 bits.
   Transform placed{};
   std::array<float, 3> remainder{};
 
@@ -56,11 +56,11 @@ struct Instance {
   bool in_place() const { return placed == mesh::kIdentity && remainder == std::array<float, 3>{}; }
 };
 
-/// Calls that a ray is asked by: a query of all outputs, one of visibility alone, first hits, what is open,
-/// and a query with a fallback. They must agree.
+/// The calls: a query with all outputs, one with visibility alone, first hits, open rays, and a query with a
+/// fallback. They must agree.
 inline constexpr uint32_t kCalls = 5;
 
-/// All that one scene says of some rays.
+/// All answers of one scene to some rays.
 struct Said {
   explicit Said(size_t count)
       : visible(count, 0xcc),
@@ -74,26 +74,26 @@ struct Said {
   bool operator==(const Said&) const = default;
 
   std::vector<uint8_t> visible, certain;
-  std::vector<uint8_t> listed;  ///< 1: it is among the open rays, from `begin` to `end`
-  std::vector<uint32_t> open;   ///< the instance that alone leaves it open, or NIF_NONE
+  std::vector<uint8_t> listed;  ///< 1: listed as open, from `begin` to `end`
+  std::vector<uint32_t> open;   ///< the only instance that leaves it open, or NIF_NONE
   std::vector<int32_t> logit;
   std::vector<float> begin, end;
   FirstHits hits;
 };
 
-/// A device, and how it is asked.
+/// A device, and how it is used.
 struct Way {
   std::string name;
   nifkit::Device device;
-  bool coded;     ///< the file that it loads
-  uint64_t most;  ///< rays at a time
+  bool coded;     ///< its file is coded
+  uint64_t most;  ///< rays per call
   bool gpu = false, mapped = false;
 };
 
-/// Those of this machine; the first is the reference's. `module`: a GPU's, or empty.
+/// The ways of this machine; the first is the reference. `module`: a GPU module, or empty.
 std::vector<Way> make_ways(const std::string& module);
 
-/// Of the grid that planes lie in.
+/// Options of the planes' grid.
 struct GridShape {
   uint32_t levels, resolution;
 };
@@ -101,17 +101,17 @@ GridShape draw_grid(Random& random);
 
 class Subject {
  public:
-  /// A mesh too large or too small for planes has a BVH alone, with or without slivers. Throws nif::Error
-  /// where it cannot have that.
+  /// A mesh too large or too small for planes only has a BVH, with or without slivers. Throws nif::Error if
+  /// that is not possible either.
   Subject(const mesh::Mesh& mesh, const Transform& transform, Random& random);
 
   nifkit::Asset load(const Way& way) const;
-  /// What a scene of it says. `way.most` or fewer rays at a time; a query of a part of the outputs, too, must
-  /// say the same: else throws std::runtime_error.
+  /// The answers of a scene, with at most `way.most` rays per call. Throws std::runtime_error if a query for
+  /// some of the outputs differs.
   Said ask(const Way& way, const nifkit::Asset& asset, Placed placed, const std::vector<NifRay>& rays) const;
-  /// Of the triangle that a hit has named.
+  /// The corners of the triangle that a hit refers to.
   void corners_of(uint32_t triangle, mesh::Float3 corners[3]) const;
-  /// In the scene's order; none where the mesh has no such objects.
+  /// In the scene's order; empty if the mesh has no such objects.
   const std::vector<Instance>& instances(Placed placed) const { return scenes_[size_t(placed)]; }
 
  private:
@@ -121,9 +121,9 @@ class Subject {
 
   std::vector<std::byte> plain_, coded_;
   std::vector<Instance> scenes_[kPlaced];
-  // Of the scene that is changed.
+  // For the scene with changes.
   Origin origin_{};
-  uint32_t ray_mask_ = 0;                               ///< of all rays; 0: they have none
+  uint32_t ray_mask_ = 0;                               ///< for all rays; 0: no mask
   bool committed_before_ = false;                       ///< instances are changed after a commit
   std::vector<std::array<mesh::Float3, 3>> triangles_;  ///< in the order of the object
 };

@@ -29,8 +29,8 @@ int kills() {
   return text ? std::atoi(text) : 20;
 }
 
-/// Runs `nif` and kills it after so many seconds, with all processes that it has started or without them.
-/// Returns when all of them have ended, which the others do by themselves. True where the kill came in time.
+/// Runs `nif` and kills it after this many seconds, with or without its child processes. Returns after all of
+/// them have ended: true if the kill came in time.
 bool run_and_kill(const std::vector<std::string>& arguments, double seconds, bool all) {
   ::prctl(PR_SET_CHILD_SUBREAPER, 1);
   std::vector<std::string> words{nif_path().string()};
@@ -70,7 +70,7 @@ double duration_of(const std::vector<std::string>& arguments) {
   return seconds[1];
 }
 
-/// What came of the kills, for people.
+/// A summary of the kills, for people.
 struct Tally {
   int old_file = 0, new_file = 0, left_over = 0;
   ~Tally() {
@@ -82,7 +82,7 @@ struct Tally {
 
 class Kill : public testing::Test {
  protected:
-  /// A moment in a run: all over it, or around its end, where it writes.
+  /// A moment during a run, or near its end, where it writes.
   double moment(double duration) {
     return duration * (random_.below(2) ? random_.uniform(0, 1.1) : random_.uniform(0.7, 1.4));
   }
@@ -169,7 +169,7 @@ TEST_F(Kill, Manifest) {
         records += name.ends_with(".json");
       }
     ++(records == size_t(kAssets) ? tally.new_file : tally.old_file);
-    // Now and then the batch goes on from where it was; else it begins again.
+    // Sometimes the batch continues where it was; otherwise it starts anew.
     if (records == size_t(kAssets) || i % 4 == 3) {
       ASSERT_EQ(nif(arguments).code, 0);
       ASSERT_TRUE(files_in(folder_.path() / "out") == whole) << "after kill " << i;
@@ -196,7 +196,7 @@ TEST_F(Kill, ResumedBake) {
   for (int i = 0; i < kills(); ++i) {
     std::vector<std::string> words = arguments;
     words.push_back(more[random_.below(2)]);
-    // Short lives, so that a bake needs several; each begins with what is done again.
+    // Kills after a short time, so that a bake needs several runs.
     fs::remove(asset);
     const bool killed = run_and_kill(words, duration * random_.uniform(0.3, 1.1), true);
     ++lives;

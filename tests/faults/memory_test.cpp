@@ -69,7 +69,7 @@ class NoMemory : public testing::Test {
         const std::vector<std::string> lines = without_progress(outcome.err);
         ASSERT_FALSE(lines.empty());
         EXPECT_TRUE(lines.back().find("memory") != std::string::npos) << outcome.err;
-        // The last allocations are for what is printed once the file is there.
+        // The last allocations are for the output after the file is written.
         if (fs::exists(command.target) && read_bytes(command.target) == whole) restore();
         EXPECT_TRUE(files_in(folder_.path()) == before);
       }
@@ -120,7 +120,7 @@ TEST(ClockJumps, ChangeNoManifest) {
               std::string::npos)
         << outcome.out;
   }
-  // And a change is found.
+  // A change is noticed.
   folder.write("m1.obj", obj_text(cube()));
   const Outcome outcome = nif_with({{"CLOCK", "100000000"}}, words);
   EXPECT_NE(outcome.out.find("1 baked, 2 up to date"), std::string::npos) << outcome.out;

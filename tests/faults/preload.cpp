@@ -54,7 +54,7 @@ char failing_call[16] = "";
 uint64_t failing_number = 0;
 int failing_error = 0;  // 0: kill
 
-/// True where the call is to fail, with errno set.
+/// Returns true if the call must fail, and sets errno.
 bool file_fails(const char* call, int fd) {
   if (!armed || std::strcmp(call, failing_call) != 0) return false;
   if (fd >= 0 && (fd >= int(std::size(written)) || !written[fd])) return false;
@@ -157,7 +157,7 @@ int open(const char* path, int flags, ...) {
 ssize_t write(int fd, const void* bytes, size_t size) {
   static const auto real = next<ssize_t (*)(int, const void*, size_t)>("write");
   if (!file_fails("write", fd)) return real(fd, bytes, size);
-  // A disk that fills takes some of it.
+  // A disk that fills up accepts a part.
   if (failing_error == ENOSPC && size > 1 && calls-- > 0) {
     failing_number = calls + 1;
     errno = 0;

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What the commands write where nothing fails.
+/// The output of the commands without faults.
 std::map<std::string, std::string> results_of(const std::vector<Command>& commands) {
   std::map<std::string, std::string> results;
   for (const Command& command : commands) {
@@ -49,7 +49,7 @@ void expect_failed_writes_to_say_so(std::span<const size_t> which) {
       SCOPED_TRACE(command.name + ": " + fault.call + ": " + std::strerror(fault.error));
       const std::map<std::string, std::string> before = files_in(folder.path());
       int failed = 0;
-      // The first may be of the look at whether a file can be written, before the work.
+      // The first call may be the check, before the work, that the file can be written.
       for (int number = 1; number <= 3; ++number) {
         const Outcome outcome = nif_with({{"FILE", std::string(fault.call) + " " + std::to_string(number) +
                                                        " " + std::to_string(fault.error)}},
@@ -99,7 +99,7 @@ void expect_kills_to_leave_old_or_new(std::span<const size_t> which) {
             EXPECT_TRUE(is_temporary(name) || bytes == before.at(name)) << name;
           }
         }
-        // The next run finds what it needs, and removes what was left.
+        // The next run succeeds and removes leftovers.
         EXPECT_EQ(nif(command.arguments).code, 0);
         EXPECT_TRUE(read_bytes(command.target) == results[command.name]);
         for (const std::string& name : listing(folder.path())) EXPECT_FALSE(is_temporary(name)) << name;
@@ -164,7 +164,7 @@ TEST(WriteFaults, AFolderThatTakesNoFiles) {
   const TempDir folder;
   const std::vector<Command> commands = commands_in(folder);
   ASSERT_EQ(::chmod(folder.path().c_str(), 0555), 0);
-  // Root may write anywhere, so it becomes nobody.
+  // Root may write anywhere, so the test becomes user nobody.
   std::vector<std::string> nobody{"--reuid=65534", "--regid=65534", "--clear-groups", nif_path()};
   if (::geteuid() == 0) {
     nobody.push_back("--version");
@@ -183,7 +183,7 @@ TEST(WriteFaults, AFolderThatTakesNoFiles) {
   ASSERT_EQ(::chmod(folder.path().c_str(), 0755), 0);
 }
 
-/// A manifest of three meshes, of which one is baked already.
+/// A manifest of three meshes, one of them already baked.
 class ManifestFaults : public testing::Test {
  protected:
   ManifestFaults() {
@@ -197,8 +197,8 @@ class ManifestFaults : public testing::Test {
     return {"bake", "--manifest", (folder_.path() / "library.toml").string(), "-j", "1", "--keep-going"};
   }
   void run() const { EXPECT_EQ(nif(words()).code, 0); }
-  /// Everything is whole, whatever the faults: a finished asset is the one that it was, and a run without
-  /// faults bakes the others and cleans up.
+  /// Whatever the faults, all files are whole: the finished asset is unchanged, and a run without faults
+  /// bakes the others and cleans up.
   void expect_whole() const {
     EXPECT_EQ(read_bytes(folder_.path() / "a.nif"), finished_);
     run();

@@ -21,7 +21,7 @@ TEST(Damage, SurfaceBitsBeyondTheGrid) {
   }
 }
 
-/// No such file comes to be.
+/// The writer makes no such file.
 TEST(Damage, SurfaceBitsBeyondTheGridAreNotWritten) {
   for (const BeyondGrid& kind : test::kBeyondGrid)
     for (const uint32_t coded : {0u, test::kCodedAll}) {
@@ -31,7 +31,7 @@ TEST(Damage, SurfaceBitsBeyondTheGridAreNotWritten) {
     }
 }
 
-/// The same by a record that says less of the grid than its bricks have, coded or not.
+/// The same through a record with a smaller grid than its bricks, coded or not.
 TEST(Damage, GridsThatAreCutShort) {
   for (const BeyondGrid& kind : test::kBeyondGrid)
     for (uint64_t seed = 1; seed <= 40; ++seed)
@@ -44,7 +44,7 @@ TEST(Damage, GridsThatAreCutShort) {
                                                                     [&](auto& r) { --r.voxels[axis]; });
           const ExactBuffer bytes(cut);
           const test::ReadOutcome outcome = test::outcome_of(bytes.bytes());
-          // A layer of empty voxels may go.
+          // A layer of empty voxels may be dropped.
           if (outcome.status == Status::ok) continue;
           EXPECT_EQ(outcome.status, Status::damaged_nif) << kind.encoding << ' ' << seed << ' ' << axis;
           EXPECT_NE(outcome.sentence.find("record 0: "), std::string::npos) << outcome.sentence;
@@ -52,7 +52,7 @@ TEST(Damage, GridsThatAreCutShort) {
       }
 }
 
-/// Whatever else is wrong with the file, a fault of its grid included.
+/// Whatever else is wrong with the file, including its grid.
 TEST(Damage, VersionOneGetsItsSentence) {
   for (const BeyondGrid& kind : test::kBeyondGrid)
     for (const bool damaged : {false, true}) {

@@ -60,7 +60,7 @@ TEST(BvhFile, HasItsSectionsOnlyWhereTheyAreNeeded) {
     for (uint32_t i = 0; i < test::load<format::Header>(without, 0).section_count; ++i)
       EXPECT_NE(test::section_entry(without, i).type, type);
 
-    // A file that claims to have the section's objects elsewhere, or to need none of it.
+    // The section under an unknown type, marked as optional.
     Bytes gone = with;
     auto entry = test::section_entry(gone, index);
     entry.type = format::fourcc("GONE");
@@ -100,7 +100,7 @@ TEST(BvhFile, RefusesWrongRecords) {
   EXPECT_TRUE(tree(0, [](auto& r) { r.reserved = 1; }));
 }
 
-/// What is wrong with a tree after a change; "" where nothing is.
+/// The fault of a tree after a change, or "".
 std::string fault_after(const std::function<void(format::TrianglesData&)>& change) {
   test::Random random(3);
   format::TrianglesData bvh = test::random_bvh(random, 300);
@@ -109,7 +109,7 @@ std::string fault_after(const std::function<void(format::TrianglesData&)>& chang
   return fault ? format::text_of(*fault).what : "";
 }
 
-/// The first node that has an inner slot and a leaf slot, and those slots.
+/// The first node with both an inner slot and a leaf slot, and those slots.
 struct Mixed {
   uint32_t node = 0, inner = 0, leaf = 0;
 };
@@ -124,7 +124,7 @@ Mixed find_mixed(const format::TrianglesData& bvh) {
 
 TEST(BvhFile, RefusesWrongTrees) {
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-  // What is changed of a node with both kinds of slots, and what the sentence must then say.
+  // Changes of a node with both kinds of slots, and the expected message.
   const auto after = [](const std::function<void(BvhNode&, const Mixed&)>& change) {
     return fault_after([&](format::TrianglesData& bvh) {
       const Mixed mixed = find_mixed(bvh);
@@ -183,7 +183,7 @@ TEST(BvhFile, RefusesWrongTrees) {
   says(fault_after([](auto& bvh) { bvh = {}; }), "empty");
 }
 
-/// A chain of nodes, each but the last with one inner slot.
+/// A chain of nodes; each except the last has one inner slot.
 format::TrianglesData chain(uint32_t length) {
   std::vector<std::array<float, 3>> positions{{0, 0, 0}, {1, 0, 0}, {0, 1, 1}};
   std::vector<std::array<uint32_t, 3>> triangles{{0, 1, 2}};
@@ -200,7 +200,7 @@ TEST(BvhFile, BoundsTheDepth) {
   format::TrianglesData deep = chain(kernels::kMaxBvhDepth);
   EXPECT_EQ(format::fault_of(format::field_of(deep)), std::nullopt);
   EXPECT_THROW(chain(kernels::kMaxBvhDepth + 1), Error);
-  // One more, by hand: the last node becomes two.
+  // One node more: the last one is split in two.
   const auto last = uint32_t(deep.nodes.size() - 1);
   BvhNode above = deep.nodes[last];
   above.slots[0] = kernels::make_slot(kernels::kInnerSlot, 0);
@@ -223,7 +223,7 @@ TEST(BvhFile, EveryByteOfATreeChanged) {
       const kernels::TrianglesField field = format::field_of(changed);
       if (format::fault_of(field)) continue;
       ++accepted;
-      // What is accepted answers as its triangles do: boxes may be larger than needed, no more.
+      // Accepted trees answer like their triangles: boxes may only be larger than necessary.
       for (int ray = 0; ray < 20; ++ray) {
         const kernels::Segment segment = test::random_segment(random, field);
         ASSERT_EQ(kernels::query(field, segment).logit, test::ask_each_triangle(field, segment).logit);

@@ -15,7 +15,7 @@ namespace {
 using format::NetworkData, format::NetworkRecord, format::PlanesData, format::PlanesRecord;
 using test::Bytes;
 
-/// With what is coded by the bits of the seed, and odd corners in every second one of two.
+/// The bits of the seed say what is coded; every second pair of seeds has odd corners.
 format::Asset coded_asset(uint64_t seed, uint32_t objects = 2, uint32_t max_voxels = 14) {
   test::RandomAssetOptions options;
   options.objects = objects;
@@ -96,7 +96,7 @@ TEST(Coded, IsReadAsItWasWritten) {
   EXPECT_GT(smaller, files * 3 / 4);
 }
 
-/// Where a change is accepted, it is the coded form of something else.
+/// An accepted change is the coded form of something else.
 TEST(Coded, HasOneFormOfGivenContents) {
   uint64_t accepted = 0, refused = 0;
   for (uint64_t seed = 0; seed < 14; ++seed) {
@@ -125,11 +125,11 @@ TEST(Coded, HasOneFormOfGivenContents) {
       }
     }
   }
-  EXPECT_GT(accepted, 20u);  // where a payload is not coded, and of the record
+  EXPECT_GT(accepted, 20u);  // in uncoded payloads and in records
   EXPECT_GT(refused, 4000u);
 }
 
-/// Arrays without entries have no memory.
+/// Empty arrays have no memory.
 TEST(Coded, MayHaveNoSurface) {
   format::Asset asset = coded_asset(test::kCodedAll - 1, 1);
   PlanesData& data = *asset.objects[0].planes;
@@ -143,7 +143,7 @@ TEST(Coded, MayHaveNoSurface) {
   EXPECT_EQ(format::encode(format::to_asset(format::read_asset(file, "file"))), file);
 }
 
-/// A file of one object, all of it coded, and ways to change it.
+/// A fully coded file of one object, and ways to change it.
 class CodedFile : public testing::Test {
  protected:
   void SetUp() override {
@@ -159,7 +159,7 @@ class CodedFile : public testing::Test {
     }
   }
 
-  /// The file with another payload of a section.
+  /// The file with another payload in a section.
   Bytes with(uint32_t section, const std::function<void(Bytes&)>& change) const {
     std::vector<test::Part> parts = test::parts_of(file_);
     size_t bytes = 0;
@@ -207,7 +207,7 @@ TEST_F(CodedFile, ThatEndsEarlyOrLateIsRefused) {
       for (const unsigned value : {0u, 255u})
         expect_refused(with(section, [&](Bytes& payload) { payload.resize(bytes + more, std::byte(value)); }),
                        "is not what an encoder makes");
-    // Less than a sixteenth of what it would decode to, perhaps.
+    // It may be less than a sixteenth of its decoded size.
     expect_refused(with(section, [&](Bytes& payload) { payload.resize(bytes / 2); }), "");
     expect_refused(with(section, [](Bytes& payload) { payload.clear(); }), "");
     expect_refused(with(section, [](Bytes& payload) { payload.resize(1 << 20); }), "no smaller for it");
@@ -228,7 +228,7 @@ TEST_F(CodedFile, WithWrongCountsIsRefused) {
   expect_refused(with_planes([](auto& record) { ++record.levels; }), "");
   expect_refused(with_planes([](auto& record) { record.part_count = 1 << 20; }),
                  "payloads decode to more than 16 times their bytes");
-  // An empty brick takes two bytes of an uncoded table, but hardly any of a coded one.
+  // An empty brick takes two bytes in an uncoded table, but almost none in a coded one.
   const uint32_t most = uint32_t(file_.size());
   expect_refused(with_planes([&](auto& record) {
                    record.levels = 0;
@@ -252,13 +252,13 @@ TEST_F(CodedFile, WithUnknownOrIdleFormsIsRefused) {
   }
   expect_refused(with_network([](auto& record) { record.reserved[0] = 1; }), "reserved bytes are not zero");
   expect_refused(planes(format::kCodedOccupancy | format::kStatedKinds), "states kinds");
-  // Of what is coded, or of what is not, something else comes out.
+  // Reading coded data as uncoded, or the reverse, gives something else.
   for (uint32_t forms = 0; forms <= format::kPlanesForms; ++forms)
     if (forms != kAllCoded.planes) expect_refused(planes(forms), "");
   for (uint32_t forms = 0; forms < kAllCoded.network; ++forms) expect_refused(network(forms), "");
 }
 
-/// Counts that claim much of a small payload are refused before there is memory for them.
+/// Counts that are too large for a small payload are refused before memory is allocated.
 TEST_F(CodedFile, TakesMemoryOnlyInProportionToItself) {
   const auto memory_for = [](const Bytes& file) {
     test::Meter meter;
@@ -304,8 +304,8 @@ TEST(Coded, LeavesWhatBecomesNoSmallerOrTooSmall) {
   EXPECT_EQ(forms_of(format::encode(asset), 0), Forms());
 }
 
-/// As an uncoded table has them. Else a small file could ask for much memory, because what is built at load
-/// has a word for each voxel.
+/// Coded tables have the same limits as uncoded ones. Otherwise a small file could take much memory, because
+/// loading builds a word for each voxel.
 TEST(Coded, HasTwoBytesForEachBrick) {
   test::RandomAssetOptions options{.objects = 1, .features = 8};
   options.coded = test::kCodedAll;
@@ -330,7 +330,7 @@ TEST(Coded, HasTwoBytesForEachBrick) {
   }
 }
 
-/// Coding repairs nothing: what a reader refuses is refused when it is written, coded or not.
+/// Coding repairs nothing: data that a reader would refuse is refused by the writer, coded or not.
 TEST_F(CodedFile, IsNotMadeOfDamagedData) {
   const auto refused = [&](const std::function<void(PlanesData&, NetworkData&)>& damage) {
     format::Asset damaged = asset_;

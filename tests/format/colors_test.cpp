@@ -17,7 +17,7 @@ namespace {
 using test::Bytes;
 using test::status_of;
 
-/// Two `segment` objects, a `bvh`, an `exact` and a `proof` one; three of them with colours.
+/// Two `segment` objects, a `bvh`, an `exact` and a `proof` object; three have colours.
 format::Asset asset_with_colors(uint64_t seed, uint32_t colors = 3) {
   return test::random_asset(
       seed,
@@ -51,7 +51,7 @@ TEST(ColorsFile, KeepsEveryColor) {
   }
 }
 
-/// Every surface voxel has a number of its own, and no other voxel has any.
+/// Every surface voxel has a unique number, and other voxels have none.
 TEST(ColorsFile, NumbersSurfaceVoxels) {
   const Bytes bytes = format::encode(asset_with_colors(3));
   const format::AssetView view = format::read_asset(bytes, "file");
@@ -96,7 +96,7 @@ TEST(ColorsFile, UnpacksWithinARange) {
   EXPECT_EQ(color[1], (16.0f / 63) * (16.0f / 63));
 }
 
-/// Points that are no numbers, or far off, name a voxel of the grid or none.
+/// Points that are not finite, or far away, give a voxel of the grid or none.
 TEST(ColorsFile, FindsVoxelsOfAnyPoint) {
   const Bytes bytes = format::encode(asset_with_colors(5));
   const format::AssetView view = format::read_asset(bytes, "file");

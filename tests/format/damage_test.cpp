@@ -28,7 +28,7 @@ Bytes small_file(uint64_t seed) {
   return format::encode(test::random_asset(seed, options));
 }
 
-/// Status of reading the bytes; where they are accepted, every object and field is queried a little.
+/// Status of reading the bytes. If they are accepted, every object and field is queried a little.
 Status status_of(std::span<const std::byte> bytes, uint64_t seed) {
   try {
     const format::AssetView view = format::read_asset(bytes, "file");

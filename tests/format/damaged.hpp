@@ -19,7 +19,7 @@ namespace nif::test {
 
 using Bytes = std::vector<std::byte>;
 
-/// What came of reading an asset's bytes as "x.nif".
+/// Result of reading an asset's bytes as "x.nif".
 struct ReadOutcome {
   Status status = Status::ok;
   std::string sentence;
@@ -54,14 +54,14 @@ inline void store_entry(Bytes& file, uint32_t index, const format::SectionEntry&
   store(file, sizeof(format::Header) + index * sizeof(format::SectionEntry), entry);
 }
 
-/// The section's index in the table; the file has it.
+/// The index of a section in the table; the file must have it.
 inline uint32_t find_section(const Bytes& file, uint32_t type) {
   uint32_t i = 0;
   while (section_entry(file, i).type != type) ++i;
   return i;
 }
 
-/// Computes every checksum anew, as far as the file's lengths allow.
+/// Recomputes every checksum, as far as the file's lengths allow.
 inline void fix_checksums(Bytes& file) {
   if (file.size() < sizeof(format::Header)) return;
   auto header = load<format::Header>(file, 0);
@@ -80,13 +80,13 @@ inline void fix_checksums(Bytes& file) {
   store(file, 0, header);
 }
 
-/// One section of a file, whatever it holds.
+/// One section of a file, with any content.
 struct Part {
   uint32_t type, flags;
   Bytes content;
 };
 
-/// The sections that the table names; none where one of them lies outside of the file.
+/// The sections in the table; empty if one of them lies outside of the file.
 inline std::vector<Part> parts_of(const Bytes& file) {
   std::vector<Part> parts;
   if (file.size() < sizeof(format::Header)) return parts;
@@ -102,7 +102,7 @@ inline std::vector<Part> parts_of(const Bytes& file) {
   return parts;
 }
 
-/// A file of these sections with the header of `before`; lengths, offsets and checksums are right.
+/// A file with these sections and the header of `before`; lengths, offsets and checksums are correct.
 inline Bytes file_of(const Bytes& before, const std::vector<Part>& parts) {
   Bytes file(sizeof(format::Header) + parts.size() * sizeof(format::SectionEntry));
   for (uint32_t i = 0; i < parts.size(); ++i) {
@@ -119,7 +119,7 @@ inline Bytes file_of(const Bytes& before, const std::vector<Part>& parts) {
   return file;
 }
 
-/// Changes one record in place and makes the checksums right.
+/// Changes one record in place and corrects the checksums.
 template <class Record>
 Bytes with_record(Bytes file, uint32_t section, uint32_t index, const std::function<void(Record&)>& change) {
   const auto entry = section_entry(file, find_section(file, section));

@@ -31,7 +31,7 @@ void expect_damaged(const Bytes& file, const std::string& words) {
   EXPECT_NE(outcome.sentence.find(words), std::string::npos) << outcome.sentence << " and not " << words;
 }
 
-/// Calls test(part, the numbers of the objects in mixed() that have it).
+/// Calls test(part, numbers of the objects in mixed() with this part).
 template <class Test>
 void for_each_part(const Test& test) {
   const format::AssetView view = format::read_asset(mixed(), "good");
@@ -74,7 +74,7 @@ TEST(Encodings, SectionsAreThereForObjects) {
       std::vector<Part> parts = test::parts_of(mixed());
       std::erase_if(parts, [&](const Part& part) { return part.type == type; });
       expect_damaged(test::file_of(mixed(), parts), "section " + format::section_name(type) + ": is missing");
-      // An empty one does not do either.
+      // An empty one is refused, too.
       parts = test::parts_of(mixed());
       part_of(parts, type).content.clear();
       EXPECT_EQ(outcome_of(test::file_of(mixed(), parts)).status, Status::damaged_nif)
@@ -105,14 +105,14 @@ TEST(Encodings, RecordsGoWithTheirObjects) {
     const uint32_t records = part.kSections[0];
     const std::string section = "section " + format::section_name(records);
     ASSERT_GE(having.size(), 2u);
-    // The first's record for the second, the second's for the first, and one that is not there.
+    // Two objects with swapped records, and a record that does not exist.
     for (const auto& [object, record] : {std::pair{having[1], 0u}, {having[0], 1u}, {having[1], 99u}}) {
       const Bytes file = test::with_record<ObjectRecord>(
           mixed(), format::kObjects, object, [&, record = record](auto& r) { part.of(r) = record; });
       expect_damaged(file, "section OBJS, record " + std::to_string(object) +
                                ": a part is not the number of objects that have one before it");
     }
-    // One record less, and one more.
+    // One record fewer, and one more.
     std::vector<Part> parts = test::parts_of(mixed());
     Bytes& content = part_of(parts, records).content;
     const Bytes before = content;
@@ -127,7 +127,7 @@ TEST(Encodings, RecordsGoWithTheirObjects) {
   });
 }
 
-/// Another order of the same objects is another file, with other records first.
+/// Objects in another order are another file, with records in that order.
 TEST(Encodings, MayComeInAnyOrder) {
   format::Asset asset = format::to_asset(format::read_asset(mixed(), "good"));
   std::swap(asset.objects[0], asset.objects[5]);

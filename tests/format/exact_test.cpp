@@ -57,7 +57,7 @@ TEST(ExactFile, KeepsEveryFieldAndAnswer) {
   }
 }
 
-/// Planes that are good by themselves, and not where the triangles are.
+/// Planes that are valid by themselves but do not enclose the triangles.
 TEST(ExactFile, RefusesPlanesFarFromTheTriangles) {
   for (const uint32_t coded : {0u, test::kCodedAll}) {
     const Bytes good = format::encode(asset_with_exact(2, coded));
@@ -74,7 +74,7 @@ TEST(ExactFile, RefusesPlanesFarFromTheTriangles) {
   }
 }
 
-/// Cells that the planes and the voxels around them do not prove.
+/// Kinds of cells that the planes and the voxels around them do not prove.
 TEST(ExactFile, RefusesSidesThatAreNotProven) {
   format::Asset asset = asset_with_exact(2);
   format::PlanesData& grid = *asset.objects[1].planes;

@@ -39,11 +39,11 @@ const std::vector<Golden>& golden_files() {
   return files;
 }
 
-/// What came of damaged files.
+/// Results of reading damaged files.
 struct Tally {
   uint64_t refused = 0, accepted = 0;
 
-  /// Reads, and asks an object of what is accepted for a ray.
+  /// Reads a file and, if it is accepted, queries one of its objects.
   Status read(std::span<const std::byte> file, uint64_t seed) {
     const ExactBuffer buffer(file);
     test::Meter meter;
@@ -55,7 +55,7 @@ struct Tally {
     return status;
   }
 
-  /// For docs/results/trust.sh, which adds up what such lines say.
+  /// For docs/results/trust.sh, which adds up such lines.
   void print(const char* checksums) const {
     std::printf("  %s checksums: %" PRIu64 " damaged files refused, %" PRIu64 " accepted\n", checksums,
                 refused, accepted);
@@ -65,7 +65,7 @@ struct Tally {
   static Status status_of(std::span<const std::byte> bytes, uint64_t seed, test::Meter& meter) {
     try {
       const format::AssetView view = format::read_asset(bytes, "file", &meter);
-      // By turns: a query of every one takes ten times as long as reading.
+      // One object per file: querying all would take ten times as long as reading.
       test::Random random(seed);
       const format::ObjectView& object = view.objects[seed % view.objects.size()];
       test::query_object(object, test::random_segment(random, object));
@@ -81,7 +81,7 @@ struct Tally {
   }
 };
 
-/// With the file's length as its header has it.
+/// Sets the length in the header to that of the file.
 Bytes stating_its_length(Bytes file) {
   if (file.size() < sizeof(format::Header)) return file;
   auto header = test::load<format::Header>(file, 0);
@@ -114,7 +114,7 @@ TEST(GoldenDamage, EveryPrefixThatStatesItsOwnLength) {
   tally.print("right");
 }
 
-/// Up to `end` bytes of a file, every `step`-th bit.
+/// Flips every `step`-th bit of the first `end` bytes of a file.
 void turn_bits(const Golden& file, size_t end, size_t step, Tally& as_they_are, Tally& fixed) {
   for (size_t bit = 0; bit < 8 * end; bit += step) {
     Bytes changed = file.bytes;
@@ -125,13 +125,12 @@ void turn_bits(const Golden& file, size_t end, size_t step, Tally& as_they_are, 
   }
 }
 
-/// Where the first payload begins: before it are header, section table, metadata and the records of what is
-/// most asked.
+/// The start of the first payload. Before it are the header, section table, metadata and records.
 size_t end_of_tables(const Bytes& file) {
   return test::section_entry(file, test::find_section(file, format::kInstances)).offset;
 }
 
-/// Short: of headers, section tables and objects every fifth bit; of the rest every 401st.
+/// The short test: every fifth bit of headers, section tables and objects, and every 401st of the rest.
 TEST(GoldenDamage, BitsOfHeadersAndTables) {
   Tally as_they_are, fixed;
   for (const Golden& file : golden_files()) {
@@ -140,14 +139,14 @@ TEST(GoldenDamage, BitsOfHeadersAndTables) {
   }
   EXPECT_EQ(as_they_are.accepted, 0u);
   EXPECT_GT(as_they_are.refused, 10'000u);
-  // Numbers of a model may change freely; what says where they are may not.
+  // Numbers of a model may change freely; the tables that locate them may not.
   EXPECT_GT(fixed.refused, 2'000u);
   EXPECT_GT(fixed.accepted, 200u);
   as_they_are.print("wrong");
   fixed.print("right");
 }
 
-/// With sanitizers, which take many times as long, every eleventh.
+/// With sanitizers, which are many times slower, every eleventh.
 TEST(GoldenDamage, EveryBit) {
 #ifdef NIF_SANITIZED
   constexpr size_t kStep = 11;

@@ -10,8 +10,9 @@
 
 namespace nif::test {
 
-/// `with` has sections of these types, `without` is the same asset without. A reader that knows none of them
-/// finds the same objects. One that knows them wants all of them, and none that is marked as required.
+/// `with` has sections of these types; `without` is the same asset without them. A reader that does not know
+/// them finds the same objects. One that knows them requires all or none, and refuses any that is marked as
+/// required.
 inline void expect_optional(const Bytes& with, const Bytes& without, std::initializer_list<uint32_t> types) {
   Bytes unknown = with;
   for (const uint32_t type : types) {

@@ -143,7 +143,7 @@ TEST_F(OutputFile, NotCommittedLeavesNothing) {
 TEST_F(OutputFile, PipesAreWrittenToByAnyName) {
   int ends[2];
   ASSERT_EQ(::pipe(ends), 0);
-  const std::string name = "/dev/fd/" + std::to_string(ends[1]);  // leads to a name that no folder has
+  const std::string name = "/dev/fd/" + std::to_string(ends[1]);  // leads to a name outside of any folder
   if (fs::exists(name)) {
     check_output(name);
     write_output(name, bytes("through"));
@@ -166,7 +166,7 @@ TEST_F(OutputFile, FullDiskLeavesNothing) {
   EXPECT_EQ(status_of([&] { write_output("/dev/full", bytes("x")); }), Status::output_not_writable);
 }
 
-/// Files of this process end here, and the signal that says so is ignored, as `nif` does.
+/// Limits the size of this process's files, and ignores the signal, as `nif` does.
 class FileSizeLimit {
  public:
   explicit FileSizeLimit(uint64_t bytes) {
@@ -209,7 +209,7 @@ TEST_F(OutputFile, ARenameThatFailsLeavesWhatIsThere) {
   EXPECT_EQ(error_of([&] {
               ::nif::OutputFile file(target);
               file.write(bytes("new"));
-              fs::create_directory(target);  // somebody else, meanwhile
+              fs::create_directory(target);  // by another process, meanwhile
               file.commit();
             }),
             target.string() + ": cannot be written: Is a directory");
@@ -252,7 +252,7 @@ TEST_F(OutputFile, WhatAKilledProcessLeavesIsRemovedByTheNext) {
   const std::string temporary = temporary_of(target);
   EXPECT_TRUE(temporary.starts_with(target.string() + ".tmp-")) << temporary;
 
-  write_output(target, bytes("while it lives"));  // what a living process writes stays
+  write_output(target, bytes("while it lives"));  // temporaries of a living process stay
   EXPECT_TRUE(fs::exists(temporary));
   ASSERT_EQ(::kill(child, SIGKILL), 0);
   ASSERT_EQ(::waitpid(child, nullptr, 0), child);

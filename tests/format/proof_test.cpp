@@ -54,7 +54,7 @@ TEST(ProofFile, KeepsEveryFieldAndAnswer) {
   }
 }
 
-/// Beyond the part that is left open, nothing is: the rest of the ray is proven visible.
+/// Outside of the interval that is left open, the ray is proven visible.
 TEST(ProofFile, LeavesOpenNoMoreThanItsPart) {
   uint64_t open = 0;
   for (uint64_t seed = 0; seed < 20; ++seed) {

@@ -21,7 +21,7 @@ Bytes encoded(const Bits& bits, size_t models) {
   return encoder.finish();
 }
 
-/// Nothing where the bytes are not what an encoder makes of so many bits.
+/// Empty if the bytes are not an encoder's output for this many bits.
 std::optional<Bits> decoded(const Bytes& bytes, size_t count, size_t models) {
   std::vector<BitModel> known(models);
   RangeDecoder decoder(bytes);
@@ -59,7 +59,7 @@ TEST(RangeCoder, TakesLittleMoreThanEntropy) {
   }
 }
 
-/// A carry through many bytes of 255: bits that are never expected keep the number just below a power of 2.
+/// A carry through many bytes of 255: improbable bits keep the number just below a power of 2.
 TEST(RangeCoder, CarriesThroughManyBytes) {
   test::Random random(3);
   size_t long_runs = 0;
@@ -83,7 +83,7 @@ TEST(RangeCoder, HasOneFormOfEachSequence) {
       ASSERT_EQ(encoded(*bits, 2), bytes);
     }
   };
-  // All of four bytes that end in two zeros, which those of few bits do; and some of more.
+  // All sequences of four bytes that end in two zeros, as short codes do; and some longer ones.
   for (uint32_t start = 0; start < 0x10000; ++start)
     for (const size_t length : {size_t{4}, size_t{5}})
       for (const size_t count : {size_t{0}, size_t{3}, size_t{8}}) {
@@ -112,7 +112,7 @@ TEST(RangeCoder, HasOneFormOfEachSequence) {
 }
 
 TEST(RangeCoder, RefusesANumberBeyondItsRange) {
-  // An encoder never gets there, however the bits are.
+  // An encoder never reaches this state, for any bits.
   for (size_t zeros = 0; zeros < 8; ++zeros) {
     Bytes bytes(4, std::byte{0xff});
     bytes.resize(4 + zeros);
@@ -140,7 +140,7 @@ TEST(RangeCoder, CodesNumbers) {
   EXPECT_TRUE(decoder.complete());
 }
 
-/// Probabilities never get to where a bit could not be coded.
+/// Probabilities never reach a value where a bit cannot be coded.
 TEST(RangeCoder, ModelsNeverGetCertain) {
   for (const bool bit : {false, true}) {
     BitModel model;

@@ -18,7 +18,7 @@ Bytes bytes_of(std::string_view text) {
   return {bytes.begin(), bytes.end()};
 }
 
-/// A file with one more section, given by type and flags, before the others or after them.
+/// A file with one more section of this type and flags, before or after the others.
 Bytes with_section(const Bytes& file, uint32_t type, uint32_t flags, bool first) {
   std::vector<test::Part> parts = test::parts_of(file);
   parts.insert(first ? parts.begin() : parts.end(), {type, flags, bytes_of("from the future")});
@@ -154,7 +154,7 @@ TEST(Refusal, SectionTable) {
   }
 }
 
-/// Is the file that this change of a record makes refused, with a sentence that names the record?
+/// Whether a file with this change of a record is refused with a message that names the record.
 template <class Record>
 bool refused(uint32_t section, uint32_t index, const std::function<void(Record&)>& change) {
   const ReadOutcome outcome = outcome_of(with_record<Record>(good(), section, index, change));
@@ -187,7 +187,7 @@ TEST(Refusal, ObjectRecords) {
     EXPECT_TRUE(object([&](auto& r) { r.reserved[i] = 1; })) << i;
 }
 
-/// Parts that mean nothing together, as far as this build knows.
+/// Combinations of parts that this build does not know.
 TEST(Refusal, PartsThatNoObjectHasTogether) {
   using Record = format::ObjectRecord;
   const auto outcome = [](const std::function<void(Record&)>& change) {
@@ -311,7 +311,7 @@ TEST(Refusal, Payload) {
   EXPECT_EQ(changed(format::kNames, 0, uint8_t(0xff)), Status::damaged_nif);
 }
 
-/// The fast kernels would look for the corners of such voxels beyond their tables.
+/// For such voxels, fast kernels would read beyond their tables of corners.
 TEST(Refusal, VoxelsBeyondTheGrid) {
   const format::PlanesData object = *format::to_asset(format::read_asset(good(), "file")).objects[0].planes;
   const uint32_t across = format::bricks_for(object.voxels[0]), down = format::bricks_for(object.voxels[1]);
@@ -333,7 +333,7 @@ TEST(Refusal, VoxelsBeyondTheGrid) {
   }
 }
 
-/// Bricks are numbered in 16 bits where kernels look up features.
+/// Kernels look up features by 16-bit numbers of bricks.
 TEST(Refusal, MixedBrickTwiceInTheTable) {
   const format::PlanesData object = *format::to_asset(format::read_asset(good(), "file")).objects[0].planes;
   const size_t mixed = object.brick_states.size();

@@ -16,7 +16,7 @@ namespace {
 using test::Bytes;
 using test::status_of;
 
-/// A `segment`, two `bvh` and two `exact` objects, 1 to 3 of them with numbers.
+/// A `segment`, two `bvh` and two `exact` objects; objects 1 to 3 have numbers.
 format::Asset asset_with_sources(uint64_t seed, uint32_t sources = 3) {
   return test::random_asset(
       seed, {.objects = 1, .instances = 1, .max_voxels = 7, .bvhs = 2, .exacts = 2, .sources = sources});
@@ -56,7 +56,7 @@ TEST(SourceTrianglesFile, KeepsEveryNumber) {
   EXPECT_GT(widths.size(), 4u);
 }
 
-/// Of every width, across the ends of words.
+/// Numbers of every width, across the ends of words.
 TEST(SourceTrianglesFile, PacksNumbersOfAnyWidth) {
   test::Random random(1);
   EXPECT_EQ(kernels::source_bits(1), 1u);
@@ -138,7 +138,7 @@ TEST(SourceTrianglesFile, RefusesWrongNumbers) {
       << "a segment object has no triangles";
 }
 
-/// Bits beyond the last number must be zero, so that there is one file for an asset.
+/// Bits after the last number must be zero, so that each asset has only one file.
 TEST(SourceTrianglesFile, RefusesBitsAfterTheLastNumber) {
   uint32_t tried = 0;
   for (uint64_t seed = 0; seed < 20; ++seed) {

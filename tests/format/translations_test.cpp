@@ -14,7 +14,7 @@ format::Asset far_asset(bool translations = true) {
   return random_asset(1, {.objects = 0, .instances = 3, .bvhs = 1, .translations = translations});
 }
 
-/// With one number of the section changed.
+/// An asset with one number of the section changed.
 Bytes changed(Bytes file, size_t index, double value) {
   const auto entry = section_entry(file, find_section(file, format::kTranslations));
   store(file, entry.offset + index * sizeof(double), value);

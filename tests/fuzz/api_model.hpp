@@ -43,7 +43,7 @@ inline const std::vector<File>& files() {
   return files;
 }
 
-/// Borrowed bytes, at the alignment that this takes, which must outlive all handles.
+/// Bytes to be borrowed, with the required alignment. They must outlive all handles.
 inline const void* borrowed(uint32_t which) {
   struct alignas(NIF_ASSET_ALIGNMENT) Line {
     std::byte bytes[NIF_ASSET_ALIGNMENT];
@@ -57,22 +57,22 @@ inline const void* borrowed(uint32_t which) {
   return copy.data();
 }
 
-/// A handle, and how many references of it we hold. It may be dead: then the value stays.
+/// A handle, and how many references to it we hold. The value of a dead handle stays.
 template <class Handle>
 struct Slot {
   Handle handle = nullptr;
   uint32_t references = 0;
-  int device = -1;  ///< which of ours it belongs to, by serial number
+  int device = -1;  ///< serial number of the device that it belongs to
   bool alive() const { return references > 0; }
 };
 
-/// What we have set about an instance.
+/// What we have set for an instance.
 struct Known {
   bool exists = true;
   uint32_t mask = 0xffffffffu, flags = 0;
   uint64_t user = 0;
   std::array<double, 3> origin{};
-  /// Does a ray of such a mask meet it?
+  /// Whether a ray with this mask meets it.
   bool lets_in(uint32_t ray) const { return exists && !(flags & NIF_INSTANCE_DISABLED) && (mask & ray) != 0; }
 };
 
@@ -86,7 +86,7 @@ struct SceneSlot : Slot<NifScene> {
     return uint32_t(
         std::count_if(instances.begin(), instances.end(), [](const Known& k) { return k.exists; }));
   }
-  /// The first of the lowest free numbers, `row` of them consecutive.
+  /// The first of the lowest `row` consecutive free numbers.
   uint32_t lowest_free(uint32_t row) const {
     uint32_t first = 0;
     for (uint32_t number = 0; number < instances.size(); ++number) {
@@ -97,7 +97,7 @@ struct SceneSlot : Slot<NifScene> {
   }
 };
 
-/// A task runner that lets tasks wait.
+/// A task runner that delays tasks.
 struct LateRunner {
   struct Task {
     NifTask task;
@@ -115,7 +115,7 @@ struct LateRunner {
   }
 };
 
-/// All that callbacks of a device get to know.
+/// Everything that callbacks of a device are given.
 struct Caller {
   Budget budget;
   LateRunner runner;
@@ -137,7 +137,7 @@ struct Caller {
   }
 };
 
-/// A file that is read piece by piece, until a read is to fail.
+/// A file that is read in chunks, until a read fails on request.
 struct Piecewise {
   const File* file;
   uint64_t next = 0;   ///< that is to be read
@@ -155,7 +155,7 @@ struct Piecewise {
   }
 };
 
-/// Arguments that the input spells.
+/// Arguments, chosen by the input.
 class Drawn {
  protected:
   explicit Drawn(Choices choices) : choices_(choices) {}
@@ -178,7 +178,7 @@ class Drawn {
     return which < 6 ? kMasks[which] : choices_.word();
   }
 
-  /// Near, far, beyond all floats, or no number.
+  /// Near, far, beyond the range of floats, or NaN.
   std::array<double, 3> place() {
     std::array<double, 3> at{};
     for (double& x : at) switch (choices_.below(8)) {
@@ -211,7 +211,7 @@ class Drawn {
     return rays;
   }
 
-  /// None, one for all rays, or one for each.
+  /// No mask, one for all rays, or one per ray.
   std::vector<uint32_t> masks(size_t rays) {
     std::vector<uint32_t> masks(choices_.below(3) == 0 ? 0 : choices_.below(2) ? 1 : rays);
     for (uint32_t& mask : masks) mask = any_mask();

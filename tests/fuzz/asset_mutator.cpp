@@ -39,7 +39,7 @@ extern "C" size_t LLVMFuzzerCustomCrossOver(const uint8_t* one, size_t one_size,
   };
   const nif::test::Bytes joined =
       nif::test::join_assets(bytes_of(one, one_size), bytes_of(other, other_size));
-  constexpr size_t kEnough = 24 << 10;  // else what is tried becomes ever larger and slower
+  constexpr size_t kEnough = 24 << 10;  // otherwise inputs keep growing and get slower
   if (joined.size() > std::min(max_size, kEnough)) return 0;
   if (!joined.empty()) std::memcpy(out, joined.data(), joined.size());
   return joined.size();

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Shows how many lines the fuzzers' corpora reach of what reads and of what builds tables, and fails where that is less
-# than it has to be: then a fuzzer no longer gets where it is meant to.
+# Shows the share of lines of readers and table builders that the fuzzers' corpora reach. Fails if one is below its limit,
+# because then a fuzzer no longer reaches its target.
 #
 #   tests/fuzz/coverage.sh            the corpora of the tree, tests/corpus
 #   tests/fuzz/coverage.sh FOLDER     also those that tests/nightly.sh keeps, in FOLDER/corpus (build/nightly)
@@ -11,8 +11,8 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 [[ $# -le 1 && ${1-} != -* ]] || { sed -n '2,/^set /{/^set /d;s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}" >&2 && exit 2; }
 kept=${1:+$(realpath "$1")/corpus}
 
-# FUZZER PERCENT FILES: of all lines in files of that name, by the seeds in the tree alone. Some five points below what was
-# reached when the line was written.
+# FUZZER PERCENT FILES: of all lines in files of that name, by the seeds in the tree alone. About five points below the share
+# when the line was written.
 floors=(
   'asset 88 formats/nif/(reader|container)[.]|formats/nif/[a-z]+/(read|check|colors|sides|source_triangles|coded_[a-z]+)[.]'
   'asset 90 kernels/packed/'

@@ -18,14 +18,14 @@
 
 namespace nif::test {
 
-/// What must hold for any input; else the fuzzer has found something.
+/// What must hold for any input; otherwise the fuzzer has found a defect.
 inline void must(bool condition, const char* file = __builtin_FILE(), int line = __builtin_LINE()) {
   if (condition) return;
   std::fprintf(stderr, "%s:%d: what must hold does not\n", file, line);
   std::abort();
 }
 
-/// A reader's refusal: a status of its own, and a sentence that names the file.
+/// Checks a reader's refusal: a specific status, and a sentence that names the file.
 inline void must_refuse_well(const Error& error, std::string_view file) {
   if (error.status() == Status::internal || error.status() == Status::ok ||
       std::string_view(error.what()).find(file) == std::string_view::npos) {
@@ -34,7 +34,7 @@ inline void must_refuse_well(const Error& error, std::string_view file) {
   }
 }
 
-/// Counts what the library holds, and stops it where that is out of proportion to the input.
+/// Counts the library's memory, and stops it if that is out of proportion to the input.
 struct Budget {
   uint64_t held = 0, limit = ~uint64_t{0};
 
@@ -50,14 +50,13 @@ struct Budget {
   }
 };
 
-/// What an asset of so many bytes may take at a time while it is loaded, by docs/format.md: what is built
-/// takes most where a brick that is all alike is spelled out: a word for each of its 64 voxels, and as much
-/// again, and a little more, while boxes are looked for. Each brick has at least two bytes of the file, coded
-/// or not. Payloads that are coded decode to at most 16 times what they take of the file, and one line more
-/// for each of three.
+/// The most memory that an asset of this many bytes may take while it is loaded (docs/format.md). Uniform
+/// bricks take most: a word for each of 64 voxels, and slightly more than that again while boxes are
+/// computed. Each brick takes at least two bytes in the file, coded or not. Coded payloads decode to at most
+/// 16 times their size, plus one cache line for each of three.
 constexpr uint64_t most_memory(uint64_t file_bytes) { return 282 * file_bytes + (64 << 10); }
 
-/// Numbers taken off the front of the input; zeros once it is used up.
+/// Numbers from the front of the input; zeros when it is used up.
 class Choices {
  public:
   Choices(const uint8_t* data, size_t size) : data_(data), size_(size) {}
@@ -73,7 +72,7 @@ class Choices {
     for (int i = 0; i < 4; ++i) value = value << 8 | byte();
     return value;
   }
-  /// Mostly a small number, else any bits.
+  /// Usually a small number, sometimes any bits.
   float number() {
     const uint8_t kind = byte();
     if (kind < 200) return static_cast<float>(int8_t(byte())) / 16;
@@ -83,7 +82,7 @@ class Choices {
     return value;
   }
   bool empty() const { return size_ == 0; }
-  /// What is left.
+  /// The rest.
   std::string_view rest() const { return {reinterpret_cast<const char*>(data_), size_}; }
 
  private:
@@ -91,8 +90,8 @@ class Choices {
   size_t size_;
 };
 
-/// Text of the input, in which a piece may stand for many: the byte 0x1e, a byte n, the piece and 0x1f are
-/// the piece 2^(n mod 17) times. So a short input says what is only in a deep or a long file.
+/// The input's text with repetitions: the byte 0x1e, a byte n, some text and 0x1f stand for that text 2^(n
+/// mod 17) times. So a short input can describe a deep or long file.
 inline std::string spelled_out(std::string_view text) {
   const size_t most = text.size() + (64 << 10);
   std::string out;

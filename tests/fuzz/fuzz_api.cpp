@@ -159,7 +159,7 @@ class Session : Drawn {
     slot = {asset, 1, device.device};
   }
 
-  /// One bit of it turned over, or a beginning of it.
+  /// With one bit flipped, or truncated.
   void load_damaged() {
     const Slot<NifDevice>& device = pick(devices_);
     File file = files()[choices_.below(uint32_t(files().size()))];
@@ -175,7 +175,7 @@ class Session : Drawn {
     must(error >= NIF_ERROR_FILE_EMPTY && error <= NIF_ERROR_UNSUPPORTED_NIF && asset == nullptr);
   }
 
-  /// By a reader that is said to have so many bytes, and may fail.
+  /// Through a reader of a stated size, which may fail.
   void load_piecewise() {
     const Slot<NifDevice>& device = pick(devices_);
     Slot<NifAsset>& slot = pick(assets_);
@@ -232,7 +232,7 @@ class Session : Drawn {
     const NifError error = whole ? nifAddAsset(scene.handle, asset.handle, where, &first, &count)
                                  : nifAddInstance(scene.handle, asset.handle, object, where, &first);
     if (!scene.alive() || !asset.alive()) return must_be_dead(error);
-    // Where several things are wrong, either may be said.
+    // If several things are wrong, any of them may be reported.
     if (scene.device != asset.device || (placed && !is_finite(transform))) must(error != NIF_OK);
     must(error == NIF_OK || error == NIF_ERROR_INVALID_ARGUMENT || error == NIF_ERROR_SINGULAR_TRANSFORM);
     if (error != NIF_OK) return;
@@ -253,7 +253,7 @@ class Session : Drawn {
     if (error == NIF_OK) scene.committed = false;
   }
 
-  /// Or refused for what its place is.
+  /// It may also be refused for its position.
   static void must_be_placed(NifError error) {
     must(error == NIF_OK || error == NIF_ERROR_INVALID_ARGUMENT || error == NIF_ERROR_SINGULAR_TRANSFORM);
   }
@@ -262,7 +262,7 @@ class Session : Drawn {
     return choices_.below(uint32_t(scene.instances.size()) + 2);
   }
 
-  /// Of many at once: of some, or of the first ones; dense, apart, backwards, all the same, and unaligned.
+  /// For many instances at once: some, or the first ones; with any stride, also negative, zero or unaligned.
   void move_many() {
     SceneSlot& scene = pick(scenes_);
     static constexpr uint64_t kStrides[] = {48, 0, 64, uint64_t(-48), 49};
@@ -297,7 +297,7 @@ class Session : Drawn {
     must(std::memcmp(&before, &after, sizeof(before)) == 0);
   }
 
-  /// Zeros where there is none.
+  /// Zeros if there is none.
   static NifInstanceInfo instance_info(const SceneSlot& scene, uint32_t number) {
     NifInstanceInfo info{};
     info.struct_size = sizeof(info);
@@ -327,7 +327,7 @@ class Session : Drawn {
         error = nifSetInstanceUser(scene.handle, number, known.user);
     }
     if (!scene.alive()) return must_be_dead(error);
-    // One that the scene's new origin has left too far away is refused whatever is changed.
+    // An instance too far from the scene's new origin is refused whatever is changed.
     if (!fine || !scene.moved) must((error == NIF_OK) == fine);
     must_be_placed(error == NIF_ERROR_NOT_AVAILABLE && !fine ? NIF_OK : error);
     if (error != NIF_OK) return;
@@ -374,7 +374,7 @@ class Session : Drawn {
     scene.moved = true;
   }
 
-  /// All of a scene's instances are what we have set.
+  /// Checks that all instances of a scene are as we have set them.
   void ask_back() {
     const SceneSlot& scene = pick(scenes_);
     for (uint32_t number = 0; number < scene.instances.size() + 2; ++number) {
@@ -402,7 +402,7 @@ class Session : Drawn {
     scene.moved = false;
   }
 
-  /// Each way to ask about the same rays.
+  /// All kinds of calls for the same rays.
   void ask() {
     const SceneSlot& scene = pick(scenes_);
     const std::vector<NifRay> asked = rays();
@@ -486,7 +486,7 @@ class Session : Drawn {
     if (!scene.alive()) return must_be_dead(error);
     if (!scene.committed) return must(error == NIF_ERROR_INVALID_OPERATION && job == nullptr);
     must(error == NIF_OK);
-    // Tasks may run before the job is waited for, or never do before it is done.
+    // Tasks may run before the job is waited for, or only after it is done.
     const uint32_t what = choices_.below(4);
     if (what & 1) caller_.runner.run(1);
     if (what == 3) must(nifCancelJob(job) == NIF_OK);
@@ -501,7 +501,7 @@ class Session : Drawn {
     slot = {job, 1, scene.device};
   }
 
-  /// A job that is done stays what it is.
+  /// A finished job keeps its result.
   static void cancel(const Slot<NifJob>& job) {
     const NifError before = nifWaitJob(job.handle);
     must(nifCancelJob(job.handle) == NIF_OK && nifWaitJob(job.handle) == before);
@@ -540,7 +540,7 @@ class Session : Drawn {
          of_scene.instance_end == scene.instances.size() && of_scene.committed == uint32_t(scene.committed));
   }
 
-  /// Retaining what is dead does nothing.
+  /// Retaining a dead handle does nothing.
   void retain() {
     const auto one_more = [&](auto& slot, auto keep) {
       keep(slot.handle);

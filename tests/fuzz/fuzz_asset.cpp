@@ -19,8 +19,8 @@ using nif::test::Budget, nif::test::must;
 
 constexpr int kRays = 24;
 
-/// Rays through and around wherever the scene says that it is. Where it has one object and that is its
-/// field, the answers are the reference's.
+/// Rays through and around the scene's bounds. If the scene has one object with this field, the answers must
+/// equal the reference's.
 void query(NifScene scene, const nif::kernels::AnyField* field) {
   NifSceneInfo info{};
   info.struct_size = sizeof(info);
@@ -50,13 +50,13 @@ void query(NifScene scene, const nif::kernels::AnyField* field) {
     must(visible[i] <= 1 && probability[i] >= 0 && probability[i] <= 1);
     if (field == nullptr) continue;
     const nif::kernels::Answer answer = nif::kernels::query(*field, nif::test::segment_of(rays[i]));
-    // Planes that contradict the triangles: kernels may differ in which of the two they ask.
+    // If planes contradict triangles, kernels may differ in which of them they use.
     if (std::holds_alternative<nif::kernels::ExactField>(*field)) continue;
     must(visible[i] == answer.visible && certain[i] == answer.certain && logit[i] == answer.logit);
   }
 }
 
-/// The runtime has no call for these.
+/// The runtime has no calls for these.
 void query(const nif::kernels::PrimaryField& field) {
   for (int i = 0; i < 24; ++i) {
     nif::kernels::Segment ray{{}, {}, 0, i % 2 == 0 ? INFINITY : 1.0f};
@@ -72,7 +72,7 @@ void query(const nif::kernels::PrimaryField& field) {
   }
 }
 
-/// What is made of an object for a GPU.
+/// The data of an object that is built for GPUs.
 void pack(const nif::kernels::AnyField& any) {
   using nif::kernels::cpu::FeatureGrid, nif::kernels::cpu::WalkGrid;
   auto* const memory = std::pmr::get_default_resource();
@@ -116,7 +116,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   callbacks.allocate = Budget::allocate;
   callbacks.deallocate = Budget::deallocate;
   NifDevice device = nullptr;
-  // Tables of either form, the same ones for the same input.
+  // Tables of either form; the same input chooses the same form.
   must(nifNewDevice(size % 2 ? "memory=least" : nullptr, &callbacks, &device) == NIF_OK);
   budget.limit = budget.held + nif::test::most_memory(size);
   NifAsset asset = nullptr;

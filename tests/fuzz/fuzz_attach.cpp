@@ -20,13 +20,13 @@ using nif::test::must;
 namespace mesh = nif::mesh;
 namespace format = nif::format;
 
-/// What the first byte of the input says, and how many bytes of metadata there are, two bytes.
+/// Flags in the first byte of the input. The next two bytes are the size of the metadata.
 constexpr size_t kPrefix = 3;
 enum Flags : uint8_t { kReference = 1, kByName = 2, kOwnMetadata = 4 };
 
 constexpr size_t kMostInstances = 12;
 
-/// A small asset whose instances have the names of the scene's.
+/// A small asset whose instances are named like the scene's.
 std::vector<std::byte> asset_for(const mesh::Scene& scene, const std::string& metadata) {
   static const format::Asset one = nif::test::random_asset(1, {.objects = 0, .instances = 0, .bvhs = 1});
   format::Asset asset = one;
@@ -40,7 +40,7 @@ std::vector<std::byte> asset_for(const mesh::Scene& scene, const std::string& me
   return format::encode(asset);
 }
 
-/// As the baker writes it.
+/// Metadata as the baker writes it.
 std::string metadata_of(const mesh::Scene& scene) {
   nlohmann::json numbers = nlohmann::json::array();
   for (const mesh::Instance& instance : scene.instances) {
@@ -64,7 +64,7 @@ void attach(const mesh::GltfFile& file, const mesh::Scene& scene, uint8_t flags,
   try {
     asset = asset_for(scene, flags & kOwnMetadata ? own : metadata_of(scene));
   } catch (const nif::Error&) {
-    return;  // metadata that is no UTF-8
+    return;  // metadata that is not UTF-8
   }
   const format::AssetView view = format::read_asset(asset, "asset");
   const std::string path = file.file().string();

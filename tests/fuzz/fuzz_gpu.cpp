@@ -14,7 +14,7 @@
 #include "tests/fuzz/object_rays.hpp"
 #include "tests/gpu/emulator/machine.hpp"
 
-// The module is linked here, so that it is instrumented like the rest.
+// The module is linked in, so that it is instrumented like the rest.
 extern "C" const nif::runtime::GpuModule* nif_gpu_module(void);
 extern "C" nif::test::EmulatedMachine* nif_emulated_machine(void);
 
@@ -26,7 +26,7 @@ namespace kernels = nif::kernels;
 
 constexpr uint32_t kRays = 40, kMostObjects = 3;
 
-/// A card's memory, which the emulator lays out so that the sanitizer sees its ends.
+/// GPU memory, allocated by the emulator so that the sanitizer knows its bounds.
 class OnCard {
  public:
   OnCard(uint32_t card, const void* from, size_t bytes)
@@ -51,7 +51,7 @@ void must_succeed(NifError error, const GpuMessage& message) {
   must(false);
 }
 
-/// An object on a card of one kind, placed once and untransformed.
+/// An object on one emulated GPU, with one untransformed instance.
 class Card {
  public:
   Card(const kernels::AnyField& field, const kernels::HitDetails& details, uint32_t card, GpuWay way)
@@ -85,7 +85,7 @@ class Card {
     outputs.logit = logit.data();
     outputs.certain = certain.data();
     must_succeed(module_.query(device_, scene_, &query, &outputs, &message_), message_);
-    // Planes that contradict the triangles: kernels may differ in which of the two they ask.
+    // If planes contradict triangles, kernels may differ in which of them they use.
     if (std::holds_alternative<kernels::ExactField>(field)) return;
     for (size_t i = 0; i < rays.size(); ++i) {
       const kernels::Answer answer = kernels::query(field, nif::test::segment_of(rays[i]));
@@ -93,7 +93,7 @@ class Card {
     }
   }
 
-  /// Of memory of the card: first hits, and rays that stay open.
+  /// Queries in GPU memory: first hits and open rays.
   void ask_for_more(const std::vector<NifRay>& rays) {
     const size_t count = rays.size();
     const OnCard on_card(card_, rays.data(), count * sizeof(NifRay));
@@ -148,7 +148,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
       const nif::format::ObjectView& object = view.objects[o];
       const kernels::AnyField field = nif::format::field_of(object);
       const std::vector<NifRay> rays = nif::test::rays_about(object, kRays);
-      // One of the kinds of matrix instructions, or the one kernel, by turns.
+      // The kinds of matrix instructions and the one kernel take turns.
       const uint32_t turn = (chance + o) % 8;
       const uint32_t kinds = uint32_t(std::size(nif::test::kMatrixKinds));
       Card card(field, nif::format::hit_details(view, o), turn < kinds ? turn : turn - 2,

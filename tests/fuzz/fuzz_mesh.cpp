@@ -18,14 +18,14 @@ namespace {
 using nif::test::must;
 namespace mesh = nif::mesh;
 
-/// In a folder that is not there, so that no other file is found.
+/// In a folder that does not exist, so that no other file is found.
 constexpr const char* kFolder = "/no/such/folder/";
 constexpr const char* kNames[] = {"a.ply",  "a.stl", "a.obj",    "a.off",     "a.glb",
                                   "a.gltf", "a.drc", "a.ply.gz", "a.ply.zst", "a"};
-/// Above the formats: pictures, which glTF carries, alone.
+/// The number after the formats: pictures alone, as in glTF.
 constexpr uint32_t kPicture = std::size(kNames), kKinds = kPicture + 1;
 constexpr uint32_t kGlb = 4;
-/// Those that may be text.
+/// Formats that may be text.
 constexpr uint32_t kTexts[] = {0, 1, 2, 3, 5};
 
 const mesh::ReadLimits& limits() {
@@ -96,9 +96,9 @@ void decode(std::string_view bytes) {
          picture->texels.size() == size_t(3) * picture->width * picture->height);
 }
 
-/// Makes the checksums of a PNG's parts right, as far as their lengths are.
+/// Corrects the checksums of a PNG's chunks, as far as their lengths are valid.
 void seal_png(uint8_t* data, size_t size) {
-  constexpr size_t kSignature = 8, kAround = 12;  // length and name before a part, checksum behind it
+  constexpr size_t kSignature = 8, kAround = 12;  // length and name before a chunk, checksum after it
   for (size_t at = kSignature; size - at >= kAround;) {
     const size_t length = size_t{data[at]} << 24 | data[at + 1] << 16 | data[at + 2] << 8 | data[at + 3];
     if (length > size - at - kAround) return;
@@ -112,8 +112,8 @@ void seal_png(uint8_t* data, size_t size) {
 
 extern "C" size_t LLVMFuzzerMutate(uint8_t* data, size_t size, size_t max_size);
 
-/// glTF is changed value by value, for its JSON is lost with most bits; a GLB's lengths and a PNG's checksums
-/// are made right.
+/// glTF is changed value by value, because most bit flips break its JSON. Lengths in a GLB and checksums in a
+/// PNG are corrected.
 extern "C" size_t LLVMFuzzerCustomMutator(uint8_t* data, size_t size, size_t max_size, unsigned seed) {
   if (size > 1 && data[0] % kKinds == kGlb && seed % 4 != 0)
     return 1 + nif::test::mutate_glb(data + 1, size - 1, max_size - 1, seed, LLVMFuzzerMutate);

@@ -16,7 +16,7 @@ namespace {
 
 using nif::test::must;
 
-/// The rays, or nothing where they are refused.
+/// The rays, or nothing if they are refused.
 std::optional<std::vector<NifRay>> read(const std::string& path) {
   std::vector<NifRay> all, rays;
   try {
@@ -34,7 +34,7 @@ std::optional<std::vector<NifRay>> read(const std::string& path) {
   }
 }
 
-/// What was written to it.
+/// The bytes that were written to it.
 class Pipe {
  public:
   explicit Pipe(std::string_view bytes) {
@@ -63,7 +63,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const auto rays = read(file.path());
   constexpr size_t kLeastBytes = 12;  // of a ray: "0 0 0 0 0 0\n"
   must(!rays || kLeastBytes * rays->size() <= bytes.size() + 1);
-  constexpr size_t kPipe = 65536;  // bytes that it has room for
+  constexpr size_t kPipe = 65536;  // capacity in bytes
   if (bytes.size() > kPipe) return 0;
   Pipe pipe(bytes);
   pipe.end();

@@ -19,7 +19,7 @@ namespace {
 using nif::test::must, nif::test::spelled_out;
 namespace fs = std::filesystem;
 
-/// A folder of this process with meshes for patterns to find, and the state of earlier bakes.
+/// A folder of this process with meshes for patterns to match, and the state of earlier bakes.
 class Folder {
  public:
   Folder() {
@@ -48,7 +48,7 @@ const Folder& folder() {
   return folder;
 }
 
-/// Patterns must stay in the folder: a walk through all of the disk is what they may ask for.
+/// Patterns must stay in the folder; otherwise they could search the whole disk.
 bool leads_away(std::string_view text) {
   for (const char* way : {"..", "\"/", "'/", "\\", "\"\"\"", "'''"})
     if (text.find(way) != std::string_view::npos) return true;
@@ -64,7 +64,7 @@ void read_manifest(std::string_view text) {
     for (const nif::tools::BatchAsset& asset : manifest.assets)
       must(!asset.mesh.empty() && !asset.output.empty() && !asset.name.empty());
   } catch (const nif::Error& error) {
-    // A folder that cannot be listed is named as it is, not by the manifest.
+    // Messages name a folder that cannot be listed, and not the manifest.
     if (error.status() != nif::Status::file_unreadable) nif::test::must_refuse_well(error, file);
   }
 }
@@ -78,7 +78,7 @@ void read_record(std::string_view text) {
   const nif::tools::Records records(manifest);
   std::ofstream(records.path_for(asset, ".json"), std::ios::binary) << text;
   const std::string why = records.why_stale(asset, records.load(asset));
-  must(!why.empty());  // there is no asset that it could be about
+  must(!why.empty());  // there is no asset that it belongs to
 }
 
 void read_scene(std::string_view text) {
@@ -103,7 +103,7 @@ void read_environment(std::string_view bytes) {
   }
 }
 
-/// What follows the key in a checkpoint of a bake, with its checksum put right.
+/// A checkpoint with the right key and checksum; the input is everything after the key.
 void read_checkpoint(std::string_view text) {
   using namespace nif::bake;
   const BakeKey key{"program", "mesh", "options"};

@@ -8,7 +8,7 @@
 
 namespace {
 
-/// The file, and its metadata spelled out.
+/// The file with the repetitions of its metadata expanded.
 nif::test::Bytes file_from(const uint8_t* data, size_t size) {
   const auto bytes = std::as_bytes(std::span(data, size));
   const nif::test::Bytes file(bytes.begin(), bytes.end());

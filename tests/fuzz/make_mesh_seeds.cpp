@@ -21,7 +21,7 @@ void write(const fs::path& folder, const std::string& name, const std::string& b
   std::ofstream(folder / name, std::ios::binary) << bytes;
 }
 
-/// Everything about appearance: a picture, a sampler, a transform of the texture, colours of vertices.
+/// A mesh with everything about appearance: a picture, a sampler, a texture transform, vertex colours.
 Gltf coloured(const mesh::Mesh& shape) {
   Gltf gltf = gltf_of(shape);
   const size_t count = shape.positions.size();
@@ -117,7 +117,7 @@ Gltf posed(const mesh::Mesh& shape) {
 }
 
 void make(const fs::path& corpus) {
-  // The first byte chooses the format, by its place in fuzz_mesh.cpp's list.
+  // The first byte chooses the format, by its index in fuzz_mesh.cpp's list.
   enum Kind : char { kPly, kStl, kObj, kOff, kGlb, kGltf, kDrc, kGzip, kZstd, kAny, kPicture };
   const auto mesh = [&](const std::string& name, Kind kind, const std::string& bytes) {
     write(corpus / "mesh", name, std::string(1, kind) + bytes);
@@ -157,7 +157,7 @@ void make(const fs::path& corpus) {
   mesh("jpeg-progressive", kPicture, jpeg_of_scans(16, 40));
   mesh("jpeg-large-factors", kPicture, jpeg_with_large_factors());
 
-  // Flags, and how much metadata there is.
+  // Flags, and the size of the metadata.
   const auto attach = [&](const std::string& name, char flags, const std::string& metadata,
                           const std::string& gltf) {
     const char prefix[3] = {flags, char(metadata.size() >> 8), char(metadata.size() & 255)};

@@ -11,7 +11,7 @@
 namespace nif::test {
 namespace {
 
-/// Bytes of what a section is an array of; 1 where that differs.
+/// Bytes of an element of a section's array; 1 if elements differ.
 size_t record_bytes(uint32_t type) {
   switch (type) {
     case format::kObjects:
@@ -32,7 +32,7 @@ size_t record_bytes(uint32_t type) {
       return sizeof(format::SphericalNetworksRecord);
     case format::kTrees:  // vertices and triangles follow
       return sizeof(kernels::BvhNode);
-    case format::kOccupancy:  // of what comes first
+    case format::kOccupancy:  // of the first array
       return sizeof(kernels::BrickStates);
     case format::kCorners:  // likewise
       return sizeof(uint64_t);
@@ -57,7 +57,7 @@ constexpr uint32_t kWords[] = {0,          1,          2,          3,          4
                                0x7fffffff, 0x80000000, 0xfffffff0, 0xffffffff, 0x3f800000, 0x00800000,
                                0x00000001, 0x7f7fffff, 0x7f800000, 0xff800000, 0x7fc00000, 0x5d800000};
 
-/// Another value of a number in a file.
+/// Returns another value for a number in a file.
 uint32_t changed_word(uint32_t word, Random& random) {
   switch (random.below(4)) {
     case 0:
@@ -71,7 +71,8 @@ uint32_t changed_word(uint32_t word, Random& random) {
   }
 }
 
-/// One field of one record, a number of 4, 2 or 1 bytes: another value, or that of another record.
+/// Changes one field of one record, a number of 4, 2 or 1 bytes: to another value, or to that of another
+/// record.
 void change_field(Part& part, Random& random) {
   const size_t record = record_bytes(part.type), count = part.content.size() / record;
   if (count == 0 || record < 4) return;
@@ -87,7 +88,7 @@ void change_field(Part& part, Random& random) {
   std::memcpy(field, &word, width);
 }
 
-/// One bit or one word.
+/// Changes one bit or one word.
 void change_table(Part& part, Random& random) {
   if (part.content.empty()) return;
   const uint32_t at = random.below(uint32_t(part.content.size()));
@@ -103,7 +104,7 @@ void change_table(Part& part, Random& random) {
   std::memcpy(part.content.data() + start, &word, width);
 }
 
-/// Swaps, doubles, takes away or adds whole records, or pieces where there are none.
+/// Swaps, duplicates, removes or adds whole records, or chunks if there are no records.
 void move_pieces(Part& part, Random& random) {
   size_t unit = record_bytes(part.type);
   if (unit == 1) unit = random.below(2) ? 64 : 1 + random.below(16);
@@ -139,8 +140,8 @@ void mutate_part(Part& part, MutateBytes mutate_bytes) {
   content.resize(mutate_bytes(reinterpret_cast<uint8_t*>(content.data()), size, room));
 }
 
-/// The same asset with every payload as it lies in memory; the same file where it is refused. Then a bit of a
-/// table is a bit of the file, where in a coded payload it would change all that follows.
+/// The same asset with all payloads uncoded; the same file if it is refused. Then a bit of a table is a bit
+/// of the file. In a coded payload it would change everything after it.
 Bytes uncoded(const Bytes& file) {
   try {
     format::Asset asset = format::to_asset(format::read_asset(file, "before"));
@@ -189,16 +190,16 @@ Bytes mutate_sections(const Bytes& before, Random& random, MutateBytes mutate_by
   return file_of(file, parts);
 }
 
-// What is accepted, in parts that belong together: such files are accepted mostly.
+// Below, data that belong together are changed together, so that most files are accepted.
 
 float changed_float(float value, Random& random) {
   return random.below(3) ? value * random.between(-2.0f, 2.0f)
                          : std::bit_cast<float>(changed_word(std::bit_cast<uint32_t>(value), random));
 }
 
-/// A brick as the grid has it, apart from the others.
+/// A brick of the grid, separate from the others.
 struct Brick {
-  uint16_t entry = 0;  ///< of the table, or kFirstMixedBrick where it is mixed
+  uint16_t entry = 0;  ///< in the table; kFirstMixedBrick if it is mixed
   kernels::BrickStates states{};
   uint64_t corners = 0;
 };
@@ -209,7 +210,7 @@ uint64_t random_bits(Random& random) {
   return random.below(4) ? bits : ~bits;
 }
 
-/// Other bricks, in a grid of another size at times; the tables that follow from them are right.
+/// Changes bricks, and sometimes the grid's size. Tables that depend on them are corrected.
 void mutate_grid(format::PlanesData& data, format::NetworkData* network, Random& random) {
   std::vector<Brick> bricks;
   for (const uint16_t entry : data.brick_table) {
@@ -267,7 +268,7 @@ void mutate_grid(format::PlanesData& data, format::NetworkData* network, Random&
   }
 }
 
-/// Changes the cells, often to what a reader refuses: the words, and what the tables say of them.
+/// Changes the words of cells and their tables, often in a way that a reader refuses.
 void mutate_cells(format::PlanesData& data, Random& random) {
   if (random.below(4) == 0) data.levels = random.below(kernels::kMaxLevels + 1);
   for (uint32_t changes = 1 + random.below(4); changes > 0; --changes) {
@@ -281,7 +282,7 @@ void mutate_cells(format::PlanesData& data, Random& random) {
       case 1:
         word = words[random.below(uint32_t(words.size()))];
         break;
-      case 2:  // planes that prove less are always good
+      case 2:  // planes that prove less are always valid
         word = kernels::word_kind(word) == kernels::kLink ? word : word & ~15u;
         break;
       default:
@@ -313,7 +314,7 @@ void mutate(format::PlanesData& data, format::Object& object, format::Asset&, Ra
 void mutate(format::NetworkData& data, format::Object&, format::Asset& asset, Random& random) {
   if (random.below(4) == 0) data.coded = random.below(format::kNetworkForms + 1);
   switch (random.below(3)) {
-    case 0:  // as many inputs of the network, from other samples
+    case 0:  // as many inputs, from another number of samples
       for (int tries = 0; tries < 8; ++tries) {
         const uint32_t inputs = data.samples * (data.features_per_corner + 1),
                        features = 1 + random.below(kernels::kMaxFeatures);
@@ -331,7 +332,7 @@ void mutate(format::NetworkData& data, format::Object&, format::Asset& asset, Ra
   }
 }
 
-/// As many as the planes have corners with features.
+/// Keeps as many features as the planes have corners.
 void fit_features(format::Object& object, Random& random) {
   if (!object.network) return;
   format::NetworkData& data = *object.network;
@@ -340,7 +341,7 @@ void fit_features(format::Object& object, Random& random) {
   for (size_t i = before; i < data.features.size(); ++i) data.features[i] = int8_t(random.between(-127, 127));
 }
 
-/// A vertex may move to where another one is: often that keeps it in its box.
+/// A vertex may move to the position of another one, which often keeps it in its box.
 void mutate(format::TrianglesData& data, format::Object&, format::Asset&, Random& random) {
   auto& from = data.vertices[random.below(uint32_t(data.vertices.size()))];
   auto& to = data.vertices[random.below(uint32_t(data.vertices.size()))];
@@ -413,7 +414,7 @@ void mutate_networks(format::Asset& asset, Random& random) {
   }
 }
 
-/// As many as the grid has surface voxels, if the object has some, or at times.
+/// As many as the grid has surface voxels. Sometimes an object without colours gets some.
 void fit_colors(format::Object& object, Random& random) {
   if (!object.planes) return;
   if (!object.colors && random.below(16) == 0) object.colors.emplace();
@@ -421,7 +422,7 @@ void fit_colors(format::Object& object, Random& random) {
     object.colors->resize(object.planes->voxel_records.size(), uint16_t(random.below(0x10000)));
 }
 
-/// Another count of triangles in the source mesh, or another number.
+/// Changes the count of triangles in the source mesh, or one number.
 void mutate_source(format::SourceTriangles& source, Random& random) {
   if (random.below(8) == 0) source.triangles = changed_word(source.triangles, random);
   if (source.numbers.empty()) return;
@@ -429,7 +430,7 @@ void mutate_source(format::SourceTriangles& source, Random& random) {
   number = source.triangles ? changed_word(number, random) % source.triangles : 0;
 }
 
-/// Any of those that it has.
+/// Changes any of the parts that it has.
 void mutate_part_of(format::Object& object, format::Asset& asset, Random& random) {
   uint32_t count = 0;
   format::for_each_part([&](auto part) { count += part.of(object).has_value(); });

@@ -7,15 +7,15 @@
 
 namespace nif::test {
 
-/// Changes up to `size` bytes in place, at most `room` in the end, and returns how many there are now: what
-/// the fuzzer does to plain bytes.
+/// Mutates `size` bytes in place, like the fuzzer does with plain bytes. Returns their new number, at most
+/// `room`.
 using MutateBytes = size_t (*)(uint8_t* data, size_t size, size_t room);
 
-/// The file with one part of its structure changed: a field of a record, a bit of a table, the order or the
-/// length of pieces, the objects that it has. The same file where it cannot be told apart into sections.
+/// The file with one change of its structure: a field of a record, a bit of a table, the order or length of
+/// arrays, the objects. If its sections cannot be found, the same file.
 Bytes mutate_structure(const Bytes& file, Random& random, MutateBytes mutate_bytes);
 
-/// The objects of both files in one; an empty file where one of them is refused.
+/// One file with the objects of both; an empty one if one of them is refused.
 Bytes join_assets(const Bytes& one, const Bytes& other);
 
 }  // namespace nif::test

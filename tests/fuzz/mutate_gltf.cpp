@@ -23,7 +23,7 @@ void append(std::string& out, uint32_t word) {
   out.append(reinterpret_cast<const char*>(&word), sizeof word);
 }
 
-/// Depth is bounded by the container's reader; recursion here is not asked to be.
+/// The container's reader bounds the depth, so recursion is safe.
 bool is_deep(std::string_view text) {
   int depth = 0;
   for (const char c : text) {
@@ -34,7 +34,7 @@ bool is_deep(std::string_view text) {
   return false;
 }
 
-/// Any value within, each as likely.
+/// Any value in it, with equal probability.
 json* any_value(json& root, Random& random) {
   json* at = &root;
   while (at->is_structured() && !at->empty() && random.below(6) != 0) {
@@ -100,7 +100,7 @@ void change_value(json& root, Random& random) {
     case 0:
       *value = kValues[random.below(uint32_t(std::size(kValues)))];
       break;
-    case 1: {  // what stands elsewhere
+    case 1: {  // a value from elsewhere
       const json other = *any_value(root, random);
       *value = other;
       break;

@@ -9,8 +9,8 @@
 
 namespace nif::test {
 
-/// Changes a .glb of `size` bytes in place, to `room` at most, and returns how many there are then: a value
-/// of its JSON, the text of it, or its binary data.
+/// Changes a .glb of `size` bytes in place: a value of its JSON, the JSON's text, or its binary data. Returns
+/// the new size, at most `room`.
 size_t mutate_glb(uint8_t* data, size_t size, size_t room, unsigned seed, MutateBytes mutate_bytes);
 
 }  // namespace nif::test

@@ -10,7 +10,7 @@
 
 namespace nif::test {
 
-/// Rays through and around a box, some of them lines, some along axes, some of no direction.
+/// Rays through and around a box: some are lines, some along axes, some without a direction.
 inline std::vector<NifRay> rays_in_box(const float (&low)[3], const float (&high)[3], uint32_t count) {
   std::vector<NifRay> rays(count);
   for (uint32_t i = 0; i < count; ++i) {
@@ -32,7 +32,7 @@ inline kernels::Segment segment_of(const NifRay& ray) {
           ray.tmax};
 }
 
-/// About its grid where it has one, for that need not be where the object's box is.
+/// Rays around the object's grid if it has one, because that need not be at the object's box.
 inline std::vector<NifRay> rays_about(const format::ObjectView& object, uint32_t count) {
   float low[3], high[3];
   const kernels::PlanesField* grid = format::grid_of(object);

@@ -13,7 +13,7 @@
 
 namespace nif::test {
 
-/// Of the object, without an instance.
+/// The answer of an object, without an instance.
 struct GoldenAnswer {
   uint32_t object;
   kernels::Segment ray;
@@ -23,7 +23,7 @@ struct GoldenAnswer {
 };
 static_assert(sizeof(GoldenAnswer) == 44);
 
-/// What nifIntersect says.
+/// The result of nifIntersect.
 struct GoldenHit {
   uint32_t scene;  ///< an object of the asset alone, untransformed; kWholeAsset: all as the asset places it
   kernels::Segment ray;
@@ -55,7 +55,7 @@ inline nifkit::Scene golden_scene(const nifkit::Device& device, const nifkit::As
   return made;
 }
 
-/// The first hits of rays that are all about one scene.
+/// The first hits of rays in one scene.
 inline std::vector<GoldenHit> golden_hits(const nifkit::Scene& scene, uint32_t number,
                                           const std::vector<kernels::Segment>& segments) {
   std::vector<NifRay> rays;

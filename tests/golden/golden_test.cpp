@@ -37,7 +37,7 @@ std::vector<Record> read_records(fs::path path, const char* extension) {
   return records;
 }
 
-/// Calls visit(first, last) for each range of records that are about the same scene.
+/// Calls visit(first, last) for each range of records of one scene.
 template <class Record, class Scene, class Visit>
 void for_each_scene(const std::vector<Record>& records, Scene Record::*scene, const Visit& visit) {
   for (size_t first = 0, last; first < records.size(); first = last) {
@@ -65,7 +65,7 @@ TEST(Golden, StillAnswersTheSame) {
   }
 }
 
-/// Of every instruction set: answers of objects, and first hits of objects and of whole assets.
+/// For every instruction set: answers of objects, and first hits of objects and whole assets.
 class GoldenOn : public testing::TestWithParam<const char*> {
  protected:
   void SetUp() override {

@@ -29,10 +29,10 @@ namespace {
 
 using namespace nif;
 
-/// Of each object, and of the whole asset.
+/// For each object and for the whole asset.
 constexpr int kHitsOfObject = 50, kHitsOfAsset = 100;
 
-/// What a caller may ask by mistake, or from far away.
+/// Invalid rays, and rays from far away.
 void make_odd(test::Random& random, kernels::Segment& ray) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity(),
                   kNaN = std::numeric_limits<float>::quiet_NaN();
@@ -68,7 +68,7 @@ void make_odd(test::Random& random, kernels::Segment& ray) {
   }
 }
 
-/// Through a corner, which may be that of several triangles, as exactly as numbers with few digits allow.
+/// Through a corner, perhaps of several triangles, as exactly as numbers with few digits allow.
 kernels::Segment corner_ray(test::Random& random, const kernels::TrianglesField& field) {
   kernels::Segment ray{{}, {}, 0, std::numeric_limits<float>::infinity()};
   const float* corner = field.vertices[random.below(field.vertex_count)];
@@ -79,7 +79,7 @@ kernels::Segment corner_ray(test::Random& random, const kernels::TrianglesField&
   return ray;
 }
 
-/// Along a grid that is one voxel thick.
+/// Along a grid of one voxel's thickness.
 kernels::Segment row_ray(test::Random& random, const kernels::PlanesField& field) {
   const NifRay ray = test::rays_in_a_row(random, field, 1)[0];
   return {{ray.origin[0], ray.origin[1], ray.origin[2]},
@@ -152,7 +152,7 @@ void write_asset(uint64_t seed, const std::string& name, const format::Asset& as
   write_hits(seed, name, bytes);
 }
 
-/// Where floats are a 16th apart, all instances near one another, at 1024ths.
+/// Where floats are 1/16 apart: instances near each other, at multiples of 1/1024.
 void move_far_away(uint64_t seed, format::Asset& asset) {
   test::Random random(seed);
   for (size_t a = 0; a < 3; ++a) {

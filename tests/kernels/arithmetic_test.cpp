@@ -8,7 +8,8 @@
 namespace nif::kernels {
 namespace {
 
-/// Whatever a GPU's approximation is within one unit of, the square root comes out as IEEE has it.
+/// The square root is rounded as IEEE requires, if the GPU's approximation is within one unit in the last
+/// place.
 TEST(Arithmetic, SquareRootsAreRefinedToTheNearest) {
   for (const uint32_t exponent : {127u, 128u, 32u, 33u, 253u, 254u})
     for (uint32_t mantissa = 0; mantissa < 1u << 23; mantissa += exponent < 130 && exponent > 126 ? 3 : 257) {
@@ -18,7 +19,7 @@ TEST(Arithmetic, SquareRootsAreRefinedToTheNearest) {
     }
 }
 
-/// What GPUs without such an instruction do in double precision.
+/// The double-precision code of GPUs without such an instruction.
 TEST(Arithmetic, SquareRootsOfDoublesAreRoundedToTheNearest) {
   const auto expect_root = [](double x) { ASSERT_EQ(square_root_by_steps(x), std::sqrt(x)) << x; };
   uint64_t bits = 0x9e3779b97f4a7c15u;
@@ -26,7 +27,7 @@ TEST(Arithmetic, SquareRootsOfDoublesAreRoundedToTheNearest) {
     bits ^= bits << 13, bits ^= bits >> 7, bits ^= bits << 17;
     const uint64_t mantissa = bits & ((uint64_t{1} << 52) - 1);
     expect_root(bits_as<double>(mantissa | (1 + (bits >> 52) % 2046) << 52));
-    // Around squares, and around squares of numbers between two doubles, which are the hardest.
+    // Around squares, and around squares of midpoints between doubles, the hardest cases.
     const double root = bits_as<double>(mantissa | uint64_t{1023} << 52), square = root * root;
     const double between = root + root * 0x1p-53;
     for (const double near : {square, root * between, square + 0x1p-51})

@@ -15,7 +15,7 @@ using kernels::Answer;
 using kernels::Segment;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-/// Trees of all sizes, near the origin of coordinates and far from it.
+/// Trees of all sizes, near the origin and far from it.
 struct Trees {
   std::vector<format::TrianglesData> bvhs;
   Trees() {
@@ -47,8 +47,8 @@ TEST(Bvh, IsALoopOverItsTriangles) {
   EXPECT_LT(occluded, rays - rays / 20);
 }
 
-/// A ray in the plane of a triangle, on a lattice where all of this is exact: rounding may say that the ray
-/// meets it or does not, but not where it does not pass, nor where it passes beside.
+/// A ray in the plane of a triangle, on a lattice where all numbers are exact. Rounding may decide hit or
+/// miss, but a hit must lie within the triangle.
 TEST(Triangles, SeenEdgeOnAreMetWhereTheyAre) {
   test::Random random(4);
   const auto integer = [&](int low, int high) { return low + int(random.below(uint32_t(high - low + 1))); };
@@ -57,8 +57,7 @@ TEST(Triangles, SeenEdgeOnAreMetWhereTheyAre) {
     float corners[3][3];
     for (float(&corner)[3] : corners)
       for (float& x : corner) x = float(integer(-100, 100));
-    // Where the ray is at t: at weights (k + 64 a (t - 2)) / 64 and (l + 64 b (t - 2)) / 64 of corners 1
-    // and 2.
+    // At t, the ray has the weights (k + 64 a (t - 2)) / 64 and (l + 64 b (t - 2)) / 64 of corners 1 and 2.
     const int a = integer(-9, 9), b = integer(-9, 9), k = integer(-64, 128), l = integer(-64, 128);
     Segment segment{{}, {}, -100, 100};
     for (int axis = 0; axis < 3; ++axis) {
@@ -127,7 +126,7 @@ TEST(BvhHits, AreTheNearestOfAllTriangles) {
       ASSERT_EQ(hit.t, static_cast<float>(nearest.crossing.t));
       ASSERT_TRUE(segment.tmin <= hit.t && hit.t <= segment.tmax);
       ASSERT_TRUE(0 <= hit.u && 0 <= hit.v && hit.u + hit.v < 1.000001f) << hit.u << ' ' << hit.v;
-      // Up to a limit that is not nearer it is the same.
+      // A limit that is not nearer changes nothing.
       const float limit = random.below(2) ? hit.t : hit.t + random.unit() * std::abs(hit.t);
       const kernels::Hit limited = kernels::intersect(field, segment, limit);
       ASSERT_EQ(limited.t, hit.t);
@@ -164,7 +163,7 @@ TEST(BvhHits, ThePointIsMadeOfTheTrianglesVertices) {
   EXPECT_EQ(hit.normal[0], 0);
   EXPECT_EQ(hit.normal[1], 0);
   EXPECT_EQ(std::abs(hit.normal[2]), 1);
-  // Ends of the segment belong to it.
+  // A segment includes its ends.
   EXPECT_EQ(kernels::intersect(field, {{0, 0, 0}, {0, 0, 1}, 2, 2}).t, 2);
   EXPECT_EQ(kernels::intersect(field, {{0, 0, 0}, {0, 0, 1}, 2.0000002f, kInfinity}).t, kInfinity);
 }
@@ -191,7 +190,7 @@ TEST(Bvh, RaysThatAreNone) {
 }
 
 TEST(Bvh, NothingLeaksAtEdgesAndVertices) {
-  // A wall of squares, each cut along its diagonal, closed all around any point looked at from the front.
+  // A wall of squares, each split along its diagonal: no ray from the front may pass between them.
   test::Soup wall;
   constexpr uint32_t kSide = 17;
   test::Random random(4);
@@ -217,7 +216,7 @@ TEST(Bvh, NothingLeaksAtEdgesAndVertices) {
       segment.origin[a] = a == 2 ? -9.0f : (random.below(2) ? target : target + random.between(-2.0f, 2.0f));
       segment.direction[a] = target - segment.origin[a];
     }
-    // Rays to the rim may pass it by.
+    // Rays to the rim may miss it.
     if (p[0] == 0 || p[1] == 0 || q[0] == 0 || q[1] == 0) continue;
     const float right = wall.positions.back()[0], top = wall.positions.back()[1];
     if (p[0] == right || q[0] == right || p[1] == top || q[1] == top) continue;
@@ -225,7 +224,7 @@ TEST(Bvh, NothingLeaksAtEdgesAndVertices) {
   }
 }
 
-/// Boxes do not grow with the distance that a ray comes from.
+/// Boxes do not grow with a ray's distance.
 TEST(Bvh, FarRaysLookAtNoMoreNodes) {
   test::Random random(8);
   const format::TrianglesData bvh = test::random_bvh(random, 5000);
@@ -271,7 +270,7 @@ TEST(Bvh, EndsOfTheSegmentBelongToIt) {
   EXPECT_TRUE(visible(-kInfinity, 0));
 }
 
-/// Asks a kernel batch by batch, and the reference ray by ray.
+/// Queries a kernel batch by batch and the reference ray by ray.
 void expect_same_bits(const kernels::ObjectKernel& kernel, const kernels::TrianglesField& field,
                       uint64_t seed) {
   test::Random random(seed);

@@ -76,7 +76,7 @@ TEST(Spherical, AsksTheNetworkOfWhereTheRayStarts) {
   EXPECT_EQ(kind({{0, 0, 5}, {0, 0, -1}, 0, 4.5f}), SphericalKind::outer);
   EXPECT_EQ(kind({{0, 0, 5}, {0, 0, 1}, 0, kInfinity}), SphericalKind::none);
 
-  // The point of entry, and the distance of a start within.
+  // The entry point, or the distance if the ray starts inside.
   const auto at = kernels::prepare_spherical(field, {{0.5f, 0.5f, 5}, {0, 0, -2}, 0, kInfinity}).at;
   EXPECT_NEAR(at.position_theta, std::acos(1 / std::sqrt(1.5)) / M_PI, 1e-4);
   EXPECT_NEAR(at.position_phi, 0.5 + 1.0 / 8, 1e-6);

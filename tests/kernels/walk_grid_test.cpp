@@ -1,4 +1,4 @@
-// The words that kernels leap by say what the field says, and their boxes hold nothing else.
+// Packed words agree with the field, and the boxes that kernels skip are uniform.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,7 +20,8 @@ struct Found {
   uint64_t with_levels[3] = {}, bricks = 0, boxes = 0, surface = 0;
 };
 
-/// Whether all voxels around a voxel or brick from `low` on, of `side` voxels, are what its word says.
+/// Whether all voxels of the box in the word of a voxel or brick are as the word says. It starts at `low` and
+/// has `side` voxels along each axis.
 testing::AssertionResult box_is_alike(const PlanesField& field, uint32_t word, const int32_t (&low)[3],
                                       int32_t side) {
   int32_t first[3], last[3], voxel[3];
@@ -68,7 +69,7 @@ void check(const PlanesField& field, size_t most_without_bricks, Found& found) {
       }
 }
 
-/// Of `seeds` random assets, the first of which is number `first`.
+/// For `seeds` random assets from number `first` on.
 void check_random_assets(uint64_t first, uint64_t seeds) {
   Found found;
   for (uint64_t seed = first; seed < first + seeds; ++seed) {

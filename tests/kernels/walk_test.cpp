@@ -1,4 +1,4 @@
-// The reference's walk at the ends of what single precision can say.
+// The reference's traversal at the limits of single precision.
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -17,8 +17,8 @@ using kernels::Segment;
 using kernels::Verdict;
 using kernels::WalkResult;
 
-/// From so far, at so slow a pace, that t overflows before the grid is reached: this walked on the spot for
-/// ever.
+/// From so far away, with so short a direction, that t overflows before the grid is reached. This once never
+/// ended.
 TEST(Walk, EndsWhereEveryCrossingOverflows) {
   const std::vector<std::byte> file = format::encode(random_asset(1));
   const format::AssetView asset = format::read_asset(file, "test");
@@ -42,7 +42,7 @@ TEST(Walk, EndsWhereEveryCrossingOverflows) {
       }
 }
 
-/// What tests compare with kernels must be worth comparing: random fields have every outcome often.
+/// Tests of kernels need varied rays: random fields give every outcome often.
 TEST(Walk, RandomFieldsHaveEveryOutcome) {
   const auto walk = std::make_unique<kernels::Walk>();
   uint32_t visible = 0, occluded = 0, open = 0, proven = 0, by_wall = 0, runs_2 = 0, runs_4 = 0, parts = 0,

@@ -27,7 +27,7 @@ TEST(Alike, WhatIsEqualAndNothingElse) {
   EXPECT_EQ(mesh::first_alike(std::vector{red}), (std::vector<uint32_t>{0}));
 }
 
-/// Many of one size: each compared with all others takes minutes.
+/// Many of one size: comparing each with all others would take minutes.
 TEST(Alike, ManyOfOneSize) {
   std::vector<mesh::Mesh> meshes(200000, mesh::Mesh{"", {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}});
   for (size_t m = 0; m < meshes.size(); ++m) meshes[m].positions[2][2] = float(m);

@@ -50,7 +50,7 @@ TEST(Glob, Patterns) {
     EXPECT_FALSE(fits(name, pattern)) << name << ' ' << pattern;
 }
 
-/// A frame of the stack, or a factor of time, for each star would end this.
+/// One stack frame, or a constant factor of time, per star would make this fail.
 TEST(Glob, ManyStars) {
   const std::string name(100'000, 'a');
   std::string pattern;
@@ -59,7 +59,7 @@ TEST(Glob, ManyStars) {
   EXPECT_FALSE(fits(std::string(2000, 'a'), pattern.substr(0, 2000) + "b"));
 }
 
-/// Meshes that are left, by name, each with its number of triangles.
+/// The remaining meshes by name, each with its number of triangles.
 std::string chosen(const std::filesystem::path& file, const std::string& bytes, const Choice& choice) {
   mesh::ReadLimits limits;
   limits.choice = choice;

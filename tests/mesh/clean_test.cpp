@@ -16,7 +16,7 @@ using mesh::CleanMesh;
 using mesh::Mesh;
 using Triangles = std::vector<mesh::Triangle>;
 
-/// The same triangles, each with corners of its own.
+/// The same triangles with separate vertices.
 Mesh unwelded(const Mesh& mesh) {
   Mesh out{mesh.name, {}, {}};
   for (const auto& t : mesh.triangles) {
@@ -79,7 +79,7 @@ TEST(Clean, DropsDuplicatesOfEitherRotationButKeepsTwins) {
 }
 
 TEST(Clean, KeepsSliversApart) {
-  // A square of which one side is split at its middle: the sliver closes the gap.
+  // A square with one side split in the middle: the sliver closes the gap.
   const Mesh mesh{"",
                   {{0, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0}, {1, 0, 0}},
                   {{0, 1, 2}, {0, 4, 1}, {0, 2, 3}, {4, 1, 0}, {3, 3, 2}}};

@@ -66,7 +66,7 @@ TEST_F(Errors, Files) {
   }
 }
 
-/// A stranger's file must not wait for a pipe, nor read what the kernel makes up without end.
+/// An untrusted file must neither wait for a pipe nor read endless data from the kernel.
 TEST_F(Errors, FilesThatGltfNames) {
   ASSERT_EQ(::mkfifo((folder_.path() / "pipe").c_str(), 0600), 0);
   for (const char* uri : {"pipe", "/dev/stdin", "/dev/zero", "/proc/self/maps", "."})
@@ -159,7 +159,7 @@ TEST_F(Errors, NonFiniteVertices) {
   refused("a.glb", gltf_of(bad).glb(), Status::non_finite_vertex, "'cube'");
 }
 
-/// A repair reads what is left of such a file.
+/// A repair reads the rest of such a file.
 TEST_F(Errors, NonFiniteVerticesMayBeDropped) {
   mesh::Mesh bad = cube();
   bad.positions[3][1] = std::numeric_limits<float>::quiet_NaN();
@@ -177,7 +177,8 @@ TEST_F(Errors, NonFiniteVerticesMayBeDropped) {
     EXPECT_NE(scene.notes[0].text.find(std::to_string(uses) + " triangles that use"), std::string::npos)
         << scene.notes[0].text;
   }
-  // An object of which nothing is left goes, with its instance; a file of nothing else is refused.
+  // An object without remaining triangles is dropped, with its instance; a file without other objects is
+  // refused.
   const std::string first = "v nan 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\no a\nf 1 2 3\n";
   const mesh::Scene scene =
       mesh::read(folder_.write("two.obj", first + "o b\nf 2 3 4\n"), {.drop_non_finite = true});
@@ -301,7 +302,7 @@ TEST_F(Errors, FilesThatChangeWhileTheyAreRead) {
     while (!stop) out.put('\n').flush();
   });
   bool seen = false;
-  for (int i = 0; i < 100 && !seen; ++i) {  // the writer may sleep through some of them
+  for (int i = 0; i < 100 && !seen; ++i) {  // the writer may miss some of them
     try {
       mesh::read(file);
       ADD_FAILURE() << "it has no triangles";

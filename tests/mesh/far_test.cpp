@@ -21,7 +21,7 @@ using mesh::Scene;
 constexpr Double3 kUtm{447326.137, 5411987.482, 512.31}, kEcef{-2487002.8817, -4684683.6766, 3529638.9835},
     kMicrometres{1e9 + 12.5, -7e9 - 0.25, 3e9}, kHere{};
 
-/// Rooms within walls of 0.2: two boxes, by their corners from the first one.
+/// A room with walls of 0.2: two boxes, by their corners relative to the first one.
 std::vector<Double3> house() {
   std::vector<Double3> corners;
   for (const double wall : {0.0, 0.2})
@@ -84,7 +84,7 @@ std::string ply_at(const Double3& at, const char* type, double unit = 1) {
   return text;
 }
 
-/// Where the scene has each corner of its triangles, and where it should be.
+/// Each triangle corner of the scene, and where it should be.
 void expect_house(const Scene& scene, const Double3& at, double within) {
   ASSERT_EQ(scene.instances.size(), 1u);
   const mesh::Mesh& mesh = scene.meshes[0];
@@ -110,7 +110,7 @@ TEST(Far, EveryFormatKeepsWhatItSays) {
     expect_house(read_text("a.ply", ply_at<double>(at, "double")), at, kNear);
   }
   expect_house(read_text("a.obj", obj_at(kMicrometres)), kMicrometres, 2e-6);
-  // Whole numbers, too: of half a millimetre.
+  // The same for whole numbers of half millimetres.
   Scene scene = read_text("a.ply", ply_at<int32_t>({447326, 541198, 512}, "int", 0.0005));
   for (const mesh::Mesh& mesh : scene.meshes)
     for (const mesh::Float3& p : mesh.positions)
@@ -134,7 +134,7 @@ TEST(Far, WhatIsNearOrLosesNothingStaysAsItIs) {
     std::sscanf(text.c_str(), "o house\nv %f", &first);
     EXPECT_EQ(scene.meshes[0].positions[0][0], first);
   }
-  // Far away, but all coordinates are floats; of PLY also by type.
+  // Far away, but all coordinates are exact floats; in PLY also by type.
   std::string text = "OFF\n3 1 0\n5411987.5 0 0\n5411988 0 0\n5411987.5 1 0\n3 0 1 2\n";
   EXPECT_EQ(read_text("a.off", text).instances[0].transform, mesh::kIdentity);
   EXPECT_EQ(read_text("a.ply", ply_at<float>(kUtm, "float")).instances[0].transform, mesh::kIdentity);
@@ -157,7 +157,7 @@ TEST(Far, EachObjectHasItsOwnOffset) {
   EXPECT_EQ(scene.meshes[0].positions, alone.meshes[0].positions);
 }
 
-/// A thin sheet, a point that nothing uses, a triangle that floats make a point.
+/// A thin sheet, an unused vertex, and a triangle that is a point in floats.
 TEST(Far, IsFoundWhereFloatsHideIt) {
   const char* kSheet =
       "v 0 0 5000000.1\nv 10 0 5000000.1\nv 0 10 5000000.1\nv 0 0 5000000.3\nf 1 2 3\nf 1 2 4\n";
@@ -172,7 +172,7 @@ TEST(Far, IsFoundWhereFloatsHideIt) {
   EXPECT_NE(point.instances[0].transform, mesh::kIdentity);
 }
 
-/// A U of a few centimetres: rounded corners would lie on one another.
+/// A U of a few centimetres: its corners would coincide if rounded.
 TEST(Far, PolygonsAreCutByTheirExactCorners) {
   const int outline[8][2] = {{0, 4}, {0, 0}, {4, 0}, {4, 4}, {3, 4}, {3, 1}, {1, 1}, {1, 4}};
   for (size_t first = 0; first < 8; ++first) {
@@ -193,7 +193,7 @@ TEST(Far, PolygonsAreCutByTheirExactCorners) {
 }
 
 TEST(Far, ANoteSaysWhatEvenAnOffsetLoses) {
-  // Sides of a hundred-millionth, 5 million away: floats of a quarter say no more than 1e-8.
+  // Sides of 1e-8, 5 million away: even relative to an offset, floats near 0.25 are no finer.
   const Scene scene = read_text(
       "a.obj", "v 5000000.20000001 0 0\nv 5000000.20000002 0 0\nv 5000000.20000001 1.1e-8 0\nf 1 2 3\n");
   ASSERT_EQ(scene.notes.size(), 1u);
@@ -216,7 +216,7 @@ TEST(Far, AbsurdNumbersAreRefusedOrStayAsTheyAre) {
   EXPECT_EQ(scene.meshes[0].positions[1][0], 0.1f);
 }
 
-/// All ways of writing it that hold it, and what is read back.
+/// All formats that can hold it, and the scene read back from each.
 TEST(Far, ConvertingKeepsTheDigits) {
   const TempDir folder;
   const std::atomic<bool> go_on{false};
@@ -280,7 +280,7 @@ TEST(Far, FloatsThatAreFarAreWrittenToTheBit) {
   }
 }
 
-/// Two copies of one mesh at nodes of a glTF, half a metre apart and more exact than floats are there.
+/// Two copies of one mesh at nodes of a glTF, half a metre apart: finer than floats are there.
 TEST(Far, NodesOfGltfKeepTheirDoubles) {
   Scene scene = read_text("a.obj", obj_at(kHere));
   for (const double x : {kUtm[0], kUtm[0] + 0.01}) {

@@ -15,7 +15,7 @@ namespace {
 using mesh::Mesh;
 using mesh::Scene;
 
-/// Corner positions in order: equal for two meshes that show the same triangles, indexed or not.
+/// Corner positions in order: equal for two meshes with the same triangles, indexed or not.
 std::vector<std::array<mesh::Float3, 3>> corners(const Mesh& mesh) {
   std::vector<std::array<mesh::Float3, 3>> out;
   for (const auto& [a, b, c] : mesh.triangles) {
@@ -43,7 +43,7 @@ void expect_same(const std::string& file, std::string_view bytes, const Mesh& wa
   EXPECT_TRUE(scene.notes.empty()) << scene.notes[0].text;
 }
 
-/// Positions with every kind of float that a rounding error would show in.
+/// Positions with floats of every kind, so that any rounding shows.
 Mesh awkward() {
   Mesh mesh = icosphere(2);
   mesh.positions[0] = {1e-42f, -3.4e38f, 0.1f};
@@ -298,7 +298,7 @@ TEST(Ply, HeadersMayMixLineEnds) {
   std::string mixed = text;
   mixed.insert(3, "\r");
   expect_same("a.ply", mixed, cube(), "a");
-  // After a CR, an LF is a line's end in one file and a coordinate's first byte in another.
+  // An LF after a CR may end a line or be the first byte of a coordinate.
   Mesh odd = cube();
   odd.positions[0][0] = std::bit_cast<float>(0x3f80000au);
   const std::string bytes = ply_binary(odd).substr(body);
@@ -327,7 +327,7 @@ TEST(Stl, TheLengthCountsWhereTheHeaderDoesNot) {
     EXPECT_EQ(scene.notes[0].text, "a.stl: its header counts " + std::to_string(count) +
                                        " triangles, but 12 follow to its end; all were read");
   }
-  // What follows is not triangles.
+  // The rest are not triangles.
   std::string bytes = stl_binary(mesh);
   bytes[80] = 7;
   EXPECT_EQ(mesh::read("a.stl", bytes + "x").notes.at(0).kind, mesh::NoteKind::bytes_after_end);

@@ -78,7 +78,7 @@ TEST_P(Generated, KeepsItsBoundsWhateverTheTriangles) {
   for (const uint64_t seed : {1, 2, 3, 4, 5, 6, 7, 8}) {
     const mesh::Mesh mesh = make(20'000, seed);
     for (const mesh::Float3& p : mesh.positions)
-      for (const float x : p) ASSERT_TRUE(std::fabs(x) < 12) << seed;  // false for what is not a number, too
+      for (const float x : p) ASSERT_TRUE(std::fabs(x) < 12) << seed;  // also false for NaN
   }
   const auto height = [&](uint64_t triangles) {
     float low = 1e9f, high = -1e9f;
@@ -156,14 +156,14 @@ TEST(GeneratedShapes, AreWhatTheyAreNamedAfter) {
   EXPECT_EQ(test::surfaces(whole(*make_shape("statue", {5'000, 3}))).size(), 1u);
   EXPECT_EQ(test::surfaces(whole(*make_shape("terrain", {5'000, 3}))).size(), 1u);
   EXPECT_GT(test::surfaces(whole(*make_shape("chain-mail", {50'000, 3}))).size(), 100u);
-  // Leaves are surfaces of four triangles.
+  // Each leaf is a surface of four triangles.
   size_t of_leaves = 0;
   for (const mesh::Mesh& surface : test::surfaces(whole(*make_shape("tree", {50'000, 3}))))
     if (surface.triangles.size() == 4) of_leaves += 4;
   EXPECT_GT(of_leaves, 50'000u * 3 / 4);
 }
 
-/// Wires of the shape's rings are apart by this part of their radius, or more.
+/// Wires of the shape's rings are at least this fraction of their radius apart.
 void expect_apart(const std::string& name, uint64_t triangles, float least) {
   const std::vector<mesh::Mesh> rings = test::surfaces(whole(*make_shape(name, {triangles, 5})));
   for (size_t i = 0; i < rings.size(); ++i)

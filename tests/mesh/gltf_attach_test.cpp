@@ -36,7 +36,7 @@ std::string word(size_t value) {
   return {reinterpret_cast<const char*>(&narrow), sizeof narrow};
 }
 
-/// The container, and nothing done about its content.
+/// The container with unchanged content.
 std::string glb_of(const std::string& text, const std::optional<std::string>& binary,
                    const std::string& tail = "") {
   std::string chunks = word(text.size()) + "JSON" + text;
@@ -50,7 +50,7 @@ std::string_view binary_of(std::string_view glb) {
   return glb.substr(at + 8, word_at(glb, at));
 }
 
-/// What is read of a file must be the same with and without an asset, the hash included.
+/// A file must be read as the same scene, with the same hash, with and without an asset.
 void expect_same_scene(const mesh::Scene& a, const mesh::Scene& b) {
   EXPECT_EQ(a.source_hash, b.source_hash);
   EXPECT_EQ(texts_of(a.notes), texts_of(b.notes));
@@ -67,15 +67,15 @@ void expect_same_scene(const mesh::Scene& a, const mesh::Scene& b) {
   }
 }
 
-/// One of docs/schema, with the files of theirs that it names.
+/// A schema of docs/schema, with the schemas that it refers to.
 json schema_named(const std::string& name) {
-  // What glTF itself says of every object and of every index.
+  // glTF's own rules for every object and every index.
   if (name == "glTFProperty.schema.json") return json{{"type", "object"}};
   if (name == "glTFid.schema.json") return json{{"type", "integer"}, {"minimum", 0}};
   return json::parse(read_bytes(std::filesystem::path(NIF_SCHEMAS) / name));
 }
 
-/// JSON Schema, as far as those files use it; any other word is an error, so that none goes unheeded.
+/// JSON Schema, as far as those files use it. Any other keyword is an error, so that none is ignored.
 bool satisfies(const json& value, const json& schema) {
   const auto all = [&](const json& schemas) {
     return std::ranges::all_of(schemas, [&](const json& one) { return satisfies(value, one); });
@@ -117,7 +117,7 @@ bool satisfies(const json& value, const json& schema) {
   return true;
 }
 
-/// docs/gltf-extension.md and its schemas, and no more than these.
+/// A reader written from docs/gltf-extension.md and its schemas alone.
 void expect_valid(const json& root, size_t binary_bytes) {
   const json& used = root.at("extensionsUsed");
   EXPECT_EQ(std::count(used.begin(), used.end(), kName), 1);
@@ -195,7 +195,7 @@ class GltfAttach : public testing::Test {
   const Attachment referenced_{{}, "scene.nif", {{0, 0}}};
 };
 
-// Spellings, order, white space, duplicates, extras and padding that no program would write alike.
+// Unusual spellings, order, white space, duplicates, extras and padding.
 const std::string kOddText =
     "\n{ \"asset\" :{\"version\": \"2.0\" , "
     "\"extras\":{\"n\":1.50e+0,\"n\":-0.0,\"s\":\"\\u00e9\\/\xC3\xA9\"}},"
@@ -216,7 +216,7 @@ TEST_F(GltfAttach, LeavesEveryOtherByteOfAGlb) {
   attachment.nodes = {{1, 0}, {0, 5}};
   const std::string after = with("odd.glb", before, attachment);
 
-  // By hand, without the code that takes attachments out.
+  // By hand, without the code that removes attachments.
   std::string text(json_of(after));
   const auto take = [&](const std::string& part) {
     const size_t at = text.find(part);
@@ -337,7 +337,7 @@ TEST_F(GltfAttach, ReplacesWhatIsAttached) {
   EXPECT_EQ(without("a.glb", before), before) << "there is nothing to take out";
 }
 
-// What a program does that knows the extension no more than glTF asks of it.
+// Simulates a program that does not know the extension, and does only what glTF requires.
 TEST_F(GltfAttach, IsIgnoredByAnotherReader) {
   const auto load = [](const std::string& glb) {
     tinygltf::TinyGLTF loader;
@@ -389,7 +389,7 @@ TEST_F(GltfAttach, Refuses) {
   refused("a.glb", text(",\"buffers\":[{\"byteLength\":4,\"uri\":\"a.bin\"}]"), Status::usage, "--reference");
   refused("a.glb", glb_of("{\"nodes\":[{}],\"buffers\":[{\"byteLength\":4}]}", std::nullopt),
           Status::malformed_mesh, "without bytes");
-  // Attachments that are none of ours.
+  // Attachments that we did not write.
   const auto foreign = [&](const std::string& own) {
     return text(",\"extensionsUsed\":[\"NIF_visibility\"],\"extensions\":{\"NIF_visibility\":" + own + "}");
   };
@@ -400,14 +400,14 @@ TEST_F(GltfAttach, Refuses) {
           Status::malformed_mesh, "not the last one");
   refused("a.glb", text(",\"extensionsUsed\":[\"NIF_visibility\"]"), Status::malformed_mesh,
           "does not say what is attached");
-  // Files that somebody went on with.
+  // Files that were edited afterwards.
   const std::string after = with("a.glb", gltf_of(cube()).glb(), embedded_);
   std::string longer(json_of(after));
   longer.insert(longer.find("],", longer.find("\"bufferViews\"")), ",{\"buffer\":0,\"byteLength\":1}");
   refused("a.glb", glb_of(longer, std::string(binary_of(after))), Status::malformed_mesh, "not the last one");
   refused("a.glb", glb_of(std::string(json_of(after)), std::string(binary_of(after)) + "more"),
           Status::malformed_mesh, "not the last ones");
-  // A reader is not kept from its meshes by that.
+  // That does not prevent reading the meshes.
   EXPECT_EQ(mesh::read(folder_.write("a.glb", glb_of(longer, std::string(binary_of(after))))).meshes.size(),
             1u);
 }
@@ -426,7 +426,7 @@ TEST_F(GltfAttach, SurvivesDamage) {
     try {
       mesh::read("a.glb", damaged);
     } catch (const Error&) {
-      continue;  // nothing is asked of what is no glTF
+      continue;  // there is no requirement for what is no glTF
     }
     ++read;
     const GltfFile file = this->file("a.glb", damaged);

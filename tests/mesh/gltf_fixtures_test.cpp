@@ -16,17 +16,17 @@ using mesh::Scene;
 using nlohmann::json;
 using std::numbers::pi;
 
-/// A cube whose scene can carry more.
+/// A cube in a scene to which nodes can be added.
 class Fixtures : public testing::Test {
  protected:
-  /// A node in the scene; its number.
+  /// Adds a node to the scene and returns its number.
   int node(json node) {
     const int index = gltf_.node(std::move(node));
     gltf_.json["scenes"][0]["nodes"].push_back(index);
     return index;
   }
   Scene read() const { return mesh::read(folder_.write("file.glb", gltf_.glb())); }
-  /// The file is read, with one warning that holds all of these and no camera or light.
+  /// The file is read without a camera or light, and with one warning that contains all of these words.
   void expect_left_out(const std::vector<std::string>& fragments) const {
     const Scene scene = read();
     EXPECT_EQ(scene.meshes.size(), 1u);
@@ -211,7 +211,7 @@ TEST_F(Fixtures, LongNamesAreCut) {
   gltf_.camera(definition);
   const Scene scene = read();
   ASSERT_EQ(scene.cameras.size(), 1u);
-  EXPECT_EQ(scene.cameras[0].name.size(), 127u);  // no character is cut in two
+  EXPECT_EQ(scene.cameras[0].name.size(), 127u);  // not cut within a character
   EXPECT_TRUE(scene.cameras[0].name.ends_with("ü"));
 }
 

@@ -42,7 +42,7 @@ std::vector<NoteKind> kinds_of(const Scene& scene) {
 }
 using Kinds = std::vector<NoteKind>;
 
-/// Around an instance, in the world.
+/// The world-space box of an instance.
 mesh::Box box_of(const Scene& scene, size_t instance) {
   const mesh::Instance& placed = scene.instances[instance];
   const mesh::Mesh& mesh = scene.meshes[placed.mesh];
@@ -81,7 +81,7 @@ TEST(GltfShown, WhatANodeFlattensKeepsItsArea) {
   expect_box(box_of(scene, 2), {0, 0, 0}, {1, 1, 1});
 }
 
-/// Rounding makes the transform invertible, and leaves a needle with a noise of an area.
+/// Rounding makes the transform invertible, and leaves a needle with a tiny area.
 TEST(GltfShown, TurnedTransformsFlattenToo) {
   const json turned = {{"rotation", {0.2, 0.4, 0.6, 0.66332495807108}}, {"children", {1}}};
   const auto scene_of = [&](const json& scale) {
@@ -150,7 +150,7 @@ TEST(GltfShown, HiddenNodesAndAllBelowThemAreLeftOut) {
     EXPECT_EQ(error.status(), Status::no_triangles);
     EXPECT_NE(std::string(error.what()).find("hidden"), std::string::npos) << error.what();
   }
-  // Cycles are found within what is hidden, too.
+  // Cycles are also found among hidden nodes.
   gltf.json["nodes"][2]["children"] = {1};
   EXPECT_THROW(read_of(gltf), Error);
 }
@@ -188,7 +188,7 @@ TEST(GltfShown, InstancesByAccessorsComeAfterTheirNode) {
   EXPECT_EQ(scene.instances[1].name, "crate");
   EXPECT_EQ(scene.instances[1].node, scene.instances[0].node);
   expect_box(box_of(scene, 0), {100, 0, 0}, {101, 1, 1});
-  // Scaled, then turned by a quarter about z, then moved.
+  // Scaled, then rotated by a quarter turn about z, then moved.
   const mesh::Box box = box_of(scene, 1);
   expect_box(box, {102, 0, 0}, {105, 2, 1});
 
@@ -201,7 +201,7 @@ TEST(GltfShown, InstancesByAccessorsComeAfterTheirNode) {
   }
 }
 
-/// Accessors without a buffer view cost a file nothing.
+/// Accessors without a buffer view take no bytes in a file.
 TEST(GltfShown, BoundsInstancesByAccessors) {
   for (const uint64_t count : {uint64_t{4'000'000'000}, uint64_t{9'000'000}}) {
     Gltf gltf = instanced({});
@@ -216,7 +216,7 @@ TEST(GltfShown, BoundsInstancesByAccessors) {
   }
 }
 
-/// A cube whose lower corners follow one joint and whose upper ones another, under a node of scale 0.
+/// A cube whose lower and upper corners follow two joints, under a node of scale 0.
 Gltf skinned(float moved) {
   Gltf gltf = with_nodes({});
   gltf.json["nodes"] = json::array();
@@ -261,7 +261,7 @@ TEST(GltfShown, JointsPlaceSkinsUnderAScaleOfZero) {
 }
 
 TEST(GltfShown, SkinsThatCannotBeReadAreNotLost) {
-  Gltf far_joint = skinned(4);  // the second joint is none of the skin
+  Gltf far_joint = skinned(4);  // the second joint is not in the skin
   far_joint.json["skins"][0]["joints"] = {0};
   far_joint.json["skins"][0].erase("inverseBindMatrices");
   EXPECT_EQ(read_of(far_joint).instances.size(), 1u);
@@ -319,7 +319,7 @@ TEST(GltfShown, RemarksOnNamesOfCollisionShapesAndLevels) {
   EXPECT_FALSE(mesh::is_loss(NoteKind::helpers));
 }
 
-/// Indices of two triangles, of which a sparse part replaces one.
+/// Indices of two triangles; sparse values replace one.
 TEST(GltfShown, SparseAccessorsOfAnything) {
   Gltf gltf;
   const int points = gltf.positions({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}});
@@ -341,7 +341,7 @@ TEST(GltfShown, SparseAccessorsOfAnything) {
   EXPECT_EQ(scene.meshes[0].look.colors[2], (std::array<float, 3>{1, 0, 0}));
   EXPECT_EQ(scene.meshes[0].look.colors[1], (std::array<float, 3>{1, 1, 1}));
 
-  // Without a buffer view all are 0 but for the sparse part.
+  // Without a buffer view, all values are 0 except for the sparse ones.
   gltf.json["accessors"][indices].erase("bufferView");
   EXPECT_EQ(read_of(gltf).meshes[0].triangles, (std::vector<mesh::Triangle>{{0, 0, 0}, {0, 0, 3}}));
   for (const json& count : {json(7), json(-1), json(3'000'000'000)}) {

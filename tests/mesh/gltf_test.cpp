@@ -174,7 +174,7 @@ TEST(Gltf, LoadsExternalBuffersAndIgnoresImages) {
   EXPECT_NE(mesh::read(folder.path() / "file.gltf").source_hash, plain.source_hash);
 }
 
-/// A few bytes name a file: a hundred buffers may not be a hundred copies of it.
+/// A buffer that refers to a file takes few bytes: a hundred buffers must not become a hundred copies.
 TEST(Gltf, ReadsEachFileOnceAndAllWithinALimit) {
   const TempDir folder;
   Gltf gltf = gltf_of(cube());
@@ -199,7 +199,7 @@ TEST(Gltf, ReadsEachFileOnceAndAllWithinALimit) {
   }
 }
 
-/// Any number of nodes can name a mesh, and each gets its name.
+/// Any number of nodes can use a mesh, and each instance takes the name.
 TEST(Gltf, NamesOfMeshesAreCut) {
   Gltf gltf;
   const int shape =
@@ -210,7 +210,7 @@ TEST(Gltf, NamesOfMeshesAreCut) {
   EXPECT_EQ(scene.instances[1].name, "named");
 }
 
-/// Accessors without a buffer view cost the file nothing.
+/// Accessors without a buffer view take no bytes in a file.
 TEST(Gltf, BoundsZerosOverAllAccessors) {
   Gltf gltf;
   const int points = gltf.positions(kSquare);
@@ -230,7 +230,7 @@ TEST(Gltf, BoundsZerosOverAllAccessors) {
   }
 }
 
-/// tinygltf takes the lower 32 bits of them.
+/// tinygltf keeps only their lower 32 bits.
 TEST(Gltf, RefusesIndicesBeyond32Bits) {
   for (const char* place :
        {"/nodes/0/mesh", "/scenes/0/nodes/0", "/meshes/0/primitives/0/attributes/POSITION",
@@ -304,7 +304,7 @@ TEST(Gltf, BoundsVerticesThatMeshesShare) {
   }
 }
 
-/// Meshes without triangles are read, too, once for each set of weights.
+/// Meshes without triangles are also read once per set of weights.
 TEST(Gltf, BoundsVerticesThatNoTriangleUses) {
   Gltf gltf;
   const int points = gltf.positions(kSquare), none = gltf.accessor("", 5125, "SCALAR", 0);
@@ -315,7 +315,7 @@ TEST(Gltf, BoundsVerticesThatNoTriangleUses) {
   EXPECT_THROW(mesh::read("a.glb", gltf.glb(), {.max_triangles = 3}), Error);
 }
 
-/// A square whose node is moved, bound to two joints below a turned and scaled root.
+/// A square with a moved node, bound to two joints below a rotated and scaled root.
 Gltf skinned(const Points& joints_moved) {
   Gltf gltf;
   const int shape = gltf.mesh(gltf.positions(kSquare), gltf.indices({0, 1, 2}), "skin");
@@ -341,10 +341,10 @@ TEST(Gltf, PutsSkinsWhereTheirJointsHaveThem) {
   ASSERT_EQ(bound.notes.size(), 1u);
   EXPECT_NE(bound.notes[0].text.find("read in the bind pose"), std::string::npos);
 
-  const Scene moved = read_glb(skinned({{5, 0, 0}, {5, 0, 0}}));  // all of it
+  const Scene moved = read_glb(skinned({{5, 0, 0}, {5, 0, 0}}));  // the whole square
   EXPECT_NEAR(moved.instances[0].transform[7], 10, 1e-5);
 
-  // Without weights all of it moves with the first joint.
+  // Without weights, everything moves with the first joint.
   const Scene posed = read_glb(skinned({{0, 0, 0}, {0, 1, 0}}));
   ASSERT_EQ(posed.notes.size(), 2u);
   EXPECT_EQ(posed.notes[0].kind, mesh::NoteKind::pose);
@@ -353,7 +353,7 @@ TEST(Gltf, PutsSkinsWhereTheirJointsHaveThem) {
   const mesh::Float3 corner{0, 2, 0};
   for (size_t a = 0; a < 3; ++a) EXPECT_NEAR(posed.meshes[0].positions[1][a], corner[a], 1e-6) << a;
 
-  // Malformed skins cost the pose, not the mesh.
+  // With a malformed skin, the pose is lost but not the mesh.
   for (const json& skin : {json{{"joints", {2, 99}}}, json{{"joints", "all"}}, json(5), json{{"joints", {2}}},
                            json{{"joints", {2, 3}}, {"inverseBindMatrices", 0}}}) {
     Gltf gltf = skinned({{0, 0, 0}, {0, 1, 0}});
@@ -413,7 +413,7 @@ TEST(Gltf, DecodesMeshopt) {
   add(encode(quantised.data(), sizeof quantised[0]), "ATTRIBUTES", vertices, 8, 5122, "VEC3");
   gltf.mesh(3, 1);
   gltf.mesh(4, 1);
-  gltf.more_buffers = {{{"byteLength", 1000000}}};  // what a decoder fills
+  gltf.more_buffers = {{{"byteLength", 1000000}}};  // filled by a decoder
   const Scene scene = mesh::read("a.glb", gltf.glb());
   ASSERT_EQ(scene.meshes.size(), 4u);
   EXPECT_EQ(scene.meshes[0].positions, ball.positions);

@@ -19,7 +19,7 @@
 namespace nif::test {
 namespace {
 
-/// std::mt19937 gives 32 bits, but in a wider type.
+/// std::mt19937 returns 32 bits in a wider type.
 class Random {
  public:
   explicit Random(uint32_t seed) : engine_(seed) {}
@@ -85,7 +85,7 @@ std::vector<Sample> samples() {
           {"a.ply.gz", gzip(ply_binary(shape)), true}, {"a.ply.zst", zstd(ply_binary(shape)), true}};
 }
 
-/// Reads, and uses what was read; true where it was accepted.
+/// Reads the bytes and uses the result. Returns true if they were accepted.
 bool survives(const TempDir& folder, const Sample& sample, std::string_view bytes) {
   try {
     const mesh::Scene scene = mesh::read(folder.write(sample.name, bytes),
@@ -159,8 +159,8 @@ TEST(Hostile, RandomDamage) {
   }
 }
 
-/// Found by fuzzing: where the type of an attribute became "bool" (11), Draco's own conversion loads the
-/// bytes of floats as bools. Which byte holds the type depends on the encoder, so every byte has a turn.
+/// Found by fuzzing: if the type of an attribute becomes "bool" (11), Draco loads the bytes of floats as
+/// bools. The position of the type depends on the encoder, so every byte is tried.
 TEST(Hostile, DracoPositionsOfImpossibleTypes) {
   const TempDir folder;
   const std::string whole = draco(icosphere(1));
@@ -184,7 +184,8 @@ Status status_of(const TempDir& folder, const std::string& name, std::string_vie
 }
 
 TEST(Hostile, DracoCountsBeyondWhatItsBytesCanHold) {
-  // Draco takes memory for all triangles that the header claims, some 40 bytes each, before it reads one.
+  // Draco allocates memory for all triangles that the header claims, about 40 bytes each, before it reads
+  // one.
   const TempDir folder;
   const auto file = [](char method, const std::string& counts) {
     return std::string("DRACO\x02\x02\x01", 8) + method + std::string(2, '\0') + counts +
@@ -199,7 +200,7 @@ TEST(Hostile, DracoCountsBeyondWhatItsBytesCanHold) {
   EXPECT_EQ(status_of(folder, "a.drc", file(0, "\xff")), Status::malformed_mesh);
 }
 
-/// Why a picture is refused; empty where it is not.
+/// Why a picture is refused; empty if it is not.
 std::string refusal_of(std::string_view picture) {
   uint64_t texels = mesh::detail::kMostTexels;
   std::string why;
@@ -207,18 +208,18 @@ std::string refusal_of(std::string_view picture) {
   return why;
 }
 
-/// Found by fuzzing, in the decoder that there was before: tables of more codes than there are.
+/// Found by fuzzing in an earlier decoder: tables with more codes than possible.
 TEST(Hostile, HuffmanTablesOfPicturesThatAreTooLong) {
   std::string picture = "\xFF\xD8\xFF\xC4";
   picture.push_back(char((19 + 300) >> 8)), picture.push_back(char((19 + 300) & 255));
   picture += '\0' + std::string(14, '\0') + std::string(2, '\x96') + std::string(300, '\x01');  // 300 codes
   EXPECT_NE(refusal_of(picture).find("Bogus Huffman table"), std::string::npos) << refusal_of(picture);
-  // Bytes of ones may stand before a marker.
+  // Bytes of ones may precede a marker.
   picture.insert(size_t{3}, 40, '\xFF');
   EXPECT_NE(refusal_of(picture).find("Bogus Huffman table"), std::string::npos) << refusal_of(picture);
 }
 
-/// Found by fuzzing, in the decoder that there was before: what a picture lacks was what the heap held.
+/// Found by fuzzing in an earlier decoder: missing parts of a picture were filled with old heap memory.
 TEST(Hostile, PicturesWithoutTheirTables) {
   std::string picture = test::jpeg(8, 8, std::vector<std::array<uint8_t, 3>>(64, {200, 40, 90}));
   for (size_t at; (at = picture.find("\xFF\xDB")) != std::string::npos;)
@@ -226,7 +227,7 @@ TEST(Hostile, PicturesWithoutTheirTables) {
   EXPECT_NE(refusal_of(picture).find("Quantization table"), std::string::npos) << refusal_of(picture);
 }
 
-/// Found by fuzzing, in the decoder that there was before: factors of 16 bits made integers overflow.
+/// Found by fuzzing in an earlier decoder: 16-bit factors made integers overflow.
 TEST(Hostile, PicturesWithLargeFactors) { EXPECT_EQ(refusal_of(test::jpeg_with_large_factors()), ""); }
 
 TEST(Hostile, PicturesThatEndTooEarly) {
@@ -241,7 +242,7 @@ TEST(Hostile, PicturesThatEndTooEarly) {
   }
 }
 
-/// It takes as much memory and time as a sound one.
+/// A damaged picture costs as much memory and time as a valid one.
 TEST(Hostile, DamagedPicturesCountAsRead) {
   const std::string whole = test::png(40, 30, std::vector<std::array<uint8_t, 3>>(40 * 30, {1, 2, 3}));
   uint64_t texels = 2000;
@@ -250,14 +251,14 @@ TEST(Hostile, DamagedPicturesCountAsRead) {
   EXPECT_EQ(texels, 800u) << why;
 }
 
-/// Each scan of a few bytes goes through all blocks of the picture.
+/// Each scan of a few bytes visits all blocks of the picture.
 TEST(Hostile, PicturesOfManyScans) {
   const std::string picture = test::jpeg_of_scans(64, 501);
   EXPECT_NE(refusal_of(picture).find("more than 500 scans"), std::string::npos) << refusal_of(picture);
   EXPECT_EQ(refusal_of(test::jpeg_of_scans(64, 20)), "");
 }
 
-/// Its data has 64 MB for 8 x 8 texels. What they do not need is left where it is.
+/// Its data has 64 MB for 8 x 8 texels. The excess is not decompressed.
 TEST(Hostile, PicturesThatUnpackToMoreThanTheyShow) {
   std::string packed(64 << 20, '\0'), data(packed.size() / 100, '\0');
   uLongf length = data.size();
@@ -269,11 +270,11 @@ TEST(Hostile, PicturesThatUnpackToMoreThanTheyShow) {
   EXPECT_NE(refusal_of(test::png_that_claims(20000, 20000, data)).find("more than the limit"),
             std::string::npos);
   std::string damaged = test::png_that_claims(8, 8, data);
-  damaged[16] = 1;  // the highest byte of the width, which the checksum no longer fits
+  damaged[16] = 1;  // the highest byte of the width; the checksum is now wrong
   EXPECT_NE(refusal_of(damaged).find("CRC error"), std::string::npos) << refusal_of(damaged);
 }
 
-/// Replaces a value of the JSON, which random bytes rarely leave valid, or a whole part; returns its pointer.
+/// Replaces a value or subtree of the JSON, because random bytes rarely leave it valid. Returns its pointer.
 std::string damage(Gltf& gltf, Random& random) {
   const nlohmann::json flat = gltf.json.flatten();
   const std::vector<nlohmann::json> values{-1,

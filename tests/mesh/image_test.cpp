@@ -67,7 +67,7 @@ TEST(Image, PngOfEveryKind) {
          {4, 5, 6, 1, 2, 3}, "a palette");
   expect({.depth = 16, .kind = kColor, .rows = of({0, 0x80, 0x7F, 0xFF, 0x40, 0, 0xFF})}, {128, 254, 1},
          "16 bits, rounded");
-  // What the surface is like does not depend on how much of it is there.
+  // The colour of a surface does not depend on its opacity.
   expect({.kind = kColorAndAlpha, .rows = of({0, 1, 2, 3, 0})}, {1, 2, 3}, "alpha is left out");
   expect({.kind = kGreyAndAlpha, .rows = of({0, 9, 0})}, {9, 9, 9}, "grey, and alpha is left out");
   expect({.kind = kColor, .chunks = png_chunk("tRNS", of({0, 1, 0, 2, 0, 3})), .rows = of({0, 1, 2, 3})},
@@ -76,10 +76,10 @@ TEST(Image, PngOfEveryKind) {
           .chunks = png_chunk("PLTE", of({1, 2, 3})) + png_chunk("tRNS", of({0})),
           .rows = of({0, 0})},
          {1, 2, 3}, "a palette's colour that is transparent");
-  // glTF: colour spaces that a picture names are to be ignored. This says that values are linear.
+  // glTF requires that colour spaces in pictures are ignored. This one claims linear values.
   expect({.kind = kColor, .chunks = png_chunk("gAMA", of({0, 1, 0x86, 0xA0})), .rows = of({0, 10, 20, 30})},
          {10, 20, 30}, "gamma");
-  // Of a picture of 2 x 2, one pixel at 0 0, one right of it, and the lower row.
+  // A picture of 2 x 2: the pixel at 0 0, the one right of it, and the lower row.
   expect({.width = 2, .height = 2, .kind = kGrey, .interlaced = 1, .rows = of({0, 1, 0, 2, 0, 3, 4})},
          {1, 1, 1, 2, 2, 2, 3, 3, 3, 4, 4, 4}, "interlaced");
 }
@@ -92,7 +92,7 @@ void expect_near(const Texels& texels, const std::array<int, 3>& wanted) {
 TEST(Image, JpegOfEveryKind) {
   expect_near(texels_of(jpeg(20, 9, {180, {200, 40, 90}}), 20, 9), {200, 40, 90});
   expect_near(texels_of(jpeg_of_scans(16, 10), 16, 16), {128, 128, 128});
-  // Half of the red is left, all of the green and a fifth of the blue; of all of it, half.
+  // Half of the red remains, all of the green and a fifth of the blue; then half of everything.
   expect_near(texels_of(cmyk_jpeg(8, 8, {64, {128, 255, 51, 128}}), 8, 8), {64, 128, 26});
 }
 

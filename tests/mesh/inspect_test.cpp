@@ -64,7 +64,7 @@ TEST(Inspect, HolesThatTouchAtAVertexAreTwo) {
   const Inspection found = inspect::inspect(holed);
   EXPECT_EQ(found.boundary_edges, 6u);
   EXPECT_EQ(found.non_manifold_vertices, 1u);
-  // Around the vertex the fans are two, so the rims run into each other there.
+  // The vertex has two fans, so the boundary loops merge there.
   EXPECT_EQ(found.boundary_loops, 1u);
 }
 
@@ -77,7 +77,7 @@ TEST(Inspect, FindsWhatIsNotManifold) {
   EXPECT_EQ(edge.boundary_edges, 2u);
 
   Mesh tips = cube();
-  append(tips, cube(), 1, {2, 2, 2});  // share the corner (1, 1, 1), by position alone
+  append(tips, cube(), 1, {2, 2, 2});  // share the corner (1, 1, 1), but only by position
   const Inspection vertex = inspect::inspect(tips);
   EXPECT_EQ(vertex.non_manifold_edges, 0u);
   EXPECT_EQ(vertex.non_manifold_vertices, 1u);
@@ -125,7 +125,7 @@ TEST(Inspect, AddsUp) {
   EXPECT_EQ(sum.low, (mesh::Float3{-1, -1, -1}));
 }
 
-// Counted by another program, with positions welded exactly.
+// Counts from another program, with exactly equal positions welded.
 TEST(Inspect, RealMeshes) {
   const auto folder = real_mesh_folder();
   if (!folder) GTEST_SKIP() << "NIF_TEST_MESHES is not set";

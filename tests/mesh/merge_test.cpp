@@ -41,7 +41,7 @@ Scene square_of_cubes(int side) {
   return scene;
 }
 
-/// Merged meshes of at most so many triangles, and copies without end.
+/// Merged meshes of at most this many triangles, and any number of copies.
 MergeOptions objects_of(uint64_t triangles) {
   MergeOptions options;
   options.added_triangles = 1'000'000;
@@ -49,7 +49,7 @@ MergeOptions objects_of(uint64_t triangles) {
   return options;
 }
 
-/// The corners of each triangle as placed, in an order of their own: what a scene is, whoever it is cut up.
+/// The placed corners of all triangles, sorted: equal for a scene however it is split into meshes.
 std::vector<std::array<mesh::Float3, 3>> triangles_of(const Scene& scene) {
   const mesh::Mesh all = mesh::flatten(scene, "");
   std::vector<std::array<mesh::Float3, 3>> triangles;
@@ -61,7 +61,7 @@ std::vector<std::array<mesh::Float3, 3>> triangles_of(const Scene& scene) {
 
 uint64_t stay(const Scene& scene, Stays why) { return scene.merging->stay[size_t(why)]; }
 
-/// Each instance of the file is in one merged mesh, or counted as one that stays.
+/// Each instance of the file is in exactly one merged mesh, or counted as unmerged.
 void expect_all_counted(const Scene& scene, size_t instances) {
   std::set<uint32_t> parts;
   for (const mesh::MergedInstance& merged : scene.merging->merged) {
@@ -122,7 +122,7 @@ TEST(Merge, OneAloneStaysAnInstance) {
   EXPECT_EQ(stay(one, Stays::alone), 1u);
   EXPECT_EQ(one.meshes.size(), 1u);
   EXPECT_EQ(one.instances[0].name, "cube 0");
-  // Three that are two too many together: a pair and one alone.
+  // Three that together exceed the limit: a pair and a single one.
   scene.instances.push_back(instance("near", 0, at(1, 0, 0)));
   scene.instances.push_back(instance("far", 0, at(100, 0, 0)));
   const Scene pair = mesh::merge(scene, objects_of(24));

@@ -47,7 +47,7 @@ TEST(OpenMesh, FilesItWritesAreRead) {
     EXPECT_EQ(got.positions.size(), shape.positions.size()) << name;
     for (size_t t = 0; t < shape.triangles.size(); ++t) {
       for (size_t k = 0; k < 3; ++k) {
-        // Some of its text writers round to fixed digits.
+        // Some of OpenMesh's text writers round to a fixed number of digits.
         const auto &p = got.positions[got.triangles[t][k]], &q = shape.positions[shape.triangles[t][k]];
         for (size_t axis = 0; axis < 3; ++axis) EXPECT_NEAR(p[axis], q[axis], 2e-6) << name << ' ' << t;
       }

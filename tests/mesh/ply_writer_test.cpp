@@ -35,7 +35,7 @@ class Strip final : public MeshSource {
   uint64_t triangles_;
 };
 
-/// One that has no vertices but says that it has.
+/// A source that claims vertices but has none.
 class Endless final : public MeshSource {
  public:
   uint64_t vertex_count() const override { return uint64_t{1} << 31; }

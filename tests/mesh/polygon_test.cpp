@@ -28,7 +28,7 @@ std::vector<Triangle> fan(size_t count, size_t first = 0) {
   return triangles;
 }
 
-/// Triangles by place: those without area say nothing of the surface.
+/// Triangles by position, without those of zero area.
 std::multiset<std::set<Float3>> places(const std::vector<Float3>& positions,
                                        const std::vector<Triangle>& triangles) {
   std::multiset<std::set<Float3>> out;
@@ -53,9 +53,9 @@ double area(const std::vector<Float3>& p, const std::vector<Triangle>& triangles
   return sum;
 }
 
-/// Whether triangles have the polygon's area, face its way, and none has its middle outside or (in `detail`,
-/// which takes most of the time) crosses the outline: so they cover it once. Edges that are used twice bound
-/// nothing.
+/// Whether the triangles cover the polygon exactly once: they have its area and orientation, and none has its
+/// centre outside or (with `detail`, which takes most of the time) crosses the outline. Edges that are used
+/// twice are not part of the outline.
 void expect_covers(const GridPolygon& polygon, const std::vector<Triangle>& triangles, bool detail) {
   const size_t count = polygon.size();
   ASSERT_EQ(triangles.size(), count - 2);
@@ -110,7 +110,7 @@ void check_random(size_t polygons, uint64_t seed) {
       (void)cutter.cut(positions, other);
       ASSERT_EQ(places(positions, other), places(positions, triangles));
     }
-    // Turned by any angle, its corners are rounded.
+    // Rotated by any angle, so its corners are rounded.
     triangles = fan(count);
     (void)cutter.cut(turned, triangles);
     const double wanted = double(std::abs(area_of(polygon))) / 2;
@@ -132,7 +132,7 @@ Scene read_text(const std::string& name, const std::string& text) { return mesh:
 
 double area(const Scene& scene) { return area(scene.meshes.at(0).positions, scene.meshes.at(0).triangles); }
 
-/// A face over the vertices of a plan, in one of the formats.
+/// A face of all vertices of the plan, in one of the formats.
 std::string file_of(const std::string& ending, const std::vector<Float3>& plan,
                     const std::vector<size_t>& face) {
   std::string vertices, corners;
@@ -141,7 +141,7 @@ std::string file_of(const std::string& ending, const std::vector<Float3>& plan,
                 std::to_string(p[2]) + "\n";
   for (const size_t v : face) corners += " " + std::to_string(v + (ending == "obj" ? 1 : 0));
   const std::string count = std::to_string(face.size());
-  if (ending == "obj") return "f" + corners + "\n" + vertices;  // names vertices that come later
+  if (ending == "obj") return "f" + corners + "\n" + vertices;  // refers to later vertices
   if (ending == "off")
     return "OFF " + std::to_string(plan.size()) + " 1 0\n" + vertices + count + corners + "\n";
   return "ply\nformat ascii 1.0\nelement vertex " + std::to_string(plan.size()) +
@@ -165,7 +165,7 @@ TEST(Polygon, TheCourtOfAHouseStaysOpen) {
 }
 
 TEST(Polygon, AWindowInAWallIsOpen) {
-  // The slit to the window is walked along twice; the wall stands aslant.
+  // The outline passes the slit to the window twice; the wall is tilted.
   const std::vector<Float3> wall{{0, 0, 0}, {4, 4, 0}, {4, 4, 3}, {0, 0, 3},
                                  {1, 1, 1}, {1, 1, 2}, {2, 2, 2}, {2, 2, 1}};
   const Scene scene = read_text("wall.obj", file_of("obj", wall, {0, 1, 2, 3, 0, 4, 5, 6, 7, 4}));
@@ -178,13 +178,13 @@ TEST(Polygon, ConvexOnesAreFans) {
     return read_text("a.obj", file_of("obj", plan, face)).meshes.at(0).triangles;
   };
   EXPECT_EQ(triangles({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {2, 3, 0, 1}), fan(4, 2));
-  // A corner on a straight line, and the first one again at the end.
+  // A corner on a straight line, and the first corner repeated at the end.
   const std::vector<Float3> house{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {2, 0, 2}, {1, 0, 3}, {0, 0, 2}};
   EXPECT_EQ(triangles(house, {0, 1, 2, 3, 4, 5}), fan(6));
   std::vector<Triangle> closed = fan(6, 1);
   closed.push_back({1, 0, 1});
   EXPECT_EQ(triangles(house, {1, 2, 3, 4, 5, 0, 1}), closed);
-  // Bent at an elbow, as quads of characters are.
+  // Bent, like quads at a character's elbow.
   const Scene bent =
       read_text("a.obj", file_of("obj", {{0, 0, 0}, {1, 0, 0}, {1, 1, 0.8f}, {0, 1, 0}}, {0, 1, 2, 3}));
   EXPECT_EQ(bent.meshes[0].triangles, fan(4));
@@ -202,7 +202,7 @@ TEST(Polygon, OutlinesThatCrossThemselvesAreNoted) {
             "a.obj: the outlines of 3 polygons of 'bow' (2) and 'star' (1) cross themselves; some of their "
             "triangles may lie outside of them");
   EXPECT_EQ(scene.meshes.at(0).triangles.size(), 4u);
-  // A small kink changes little: the rest is cut as if it were not there.
+  // A small kink changes little: the rest is triangulated as without it.
   std::vector<Float3> plan{{0, 4, 0}, {0, 0, 0}, {4, 0, 0}, {4, 4, 0},
                            {3, 4, 0}, {3, 1, 0}, {1, 1, 0}, {1, 4, 0}};
   plan.insert(plan.begin() + 2, {{2, 0, 0}, {1.9f, -0.01f, 0}, {1.95f, 0.02f, 0}});
@@ -260,7 +260,7 @@ std::vector<Shape> large_shapes(size_t count) {
   return shapes;
 }
 
-/// If time grew with the square of the corners, this would take minutes.
+/// This would take minutes if time were quadratic in the number of corners.
 TEST(Polygon, ManyCornersTakeTimeInProportion) {
   PolygonCutter cutter;
   for (const Shape& shape : large_shapes(30'000)) {
@@ -289,7 +289,7 @@ TEST(Polygon, CoordinatesOfAnySizeAreDecided) {
     for (const Triangle& t : triangles)
       EXPECT_TRUE(std::ranges::count(t, 1u) == 1 && std::ranges::count(t, 3u) == 1) << scale;
   }
-  // Corners that are no numbers, or out of range, are refused with their place.
+  // Corners that are not numbers, or out of range, are refused with their position.
   for (const char* bad : {"nan", "inf", "-1e99"}) try {
       read_text("a.obj", "v 0 0 0\nv 2 1 0\nv 0 " + std::string(bad) + " 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4 5\n");
       ADD_FAILURE() << bad;

@@ -27,7 +27,7 @@ mesh::Written write(const std::filesystem::path& file, const Scene& scene,
       file.string(), scene, options, [](double) {}, kGoOn);
 }
 
-/// Two objects with names of several kinds, and coordinates that are hard to keep in a text.
+/// Two objects with difficult names, and coordinates that are hard to write as text.
 Scene ball_and_ring() {
   Scene scene;
   scene.meshes = {icosphere(1), torus(12, 8)};
@@ -40,7 +40,7 @@ Scene ball_and_ring() {
   return scene;
 }
 
-/// Positions of all corners in order, by their bits: what every format has.
+/// The bits of all corner positions in order, which every format keeps.
 std::vector<uint32_t> corners_of(const Scene& scene) {
   const mesh::Mesh all = mesh::flatten(scene, "");
   std::vector<uint32_t> bits;

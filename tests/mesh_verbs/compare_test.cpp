@@ -29,8 +29,7 @@ TEST(Compare, ShiftedAndScaledCubes) {
   Mesh large;
   append(large, cube(), 2);
   const mesh::CleanMesh small = mesh::clean(cube()), big = mesh::clean(large);
-  // Each point of the small cube is 1 from the nearest side of the large one; the corners of that are sqrt(3)
-  // away.
+  // Each point of the small cube is 1 from the nearest side of the large one, whose corners are sqrt(3) away.
   const compare::Distance there = compare::distance(small, big, 10000, 1),
                           back = compare::distance(big, small, 10000, 1);
   EXPECT_NEAR(there.mean, 1, 1e-9);
@@ -50,8 +49,7 @@ TEST(Compare, AHoleLetsRaysThrough) {
   const bake::Oracle oracle(clean.positions, clean.triangles);
   const auto found = compare::visibility(truth, oracle, bake::RaySet::outer_lines, 100000, 1);
   EXPECT_EQ(found.closed, 0u);
-  // A line through a twentieth of the sphere goes in or out there, and mostly meets the rest on the other
-  // side.
+  // A line through the removed twentieth of the sphere usually meets the rest on the other side.
   EXPECT_GT(found.opened, 0u);
   EXPECT_LT(found.difference(), 0.05);
 }

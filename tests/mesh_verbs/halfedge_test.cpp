@@ -24,7 +24,7 @@ Mesh decimate(const Mesh& mesh, const DecimateOptions& options) {
       mesh, options, [](double) {}, kGoOn);
 }
 
-/// Of vertices and of the middles of triangles, from the unit sphere.
+/// The largest distance of vertices and of triangles' centres from the unit sphere.
 double distance_from_sphere(const Mesh& mesh) {
   double worst = 0;
   for (const mesh::Triangle& t : mesh.triangles) {
@@ -58,7 +58,7 @@ TEST(Decimate, KeepsWithinTheErrorBound) {
     const Mesh light = decimate(ball, {0, bound, false});
     EXPECT_LT(light.triangles.size(), before);
     before = light.triangles.size();
-    // Of the vertices; a single point is drawn from the surface, too.
+    // Measured at vertices; a single random point of the surface is added.
     EXPECT_LE(compare::distance(mesh::clean(ball), mesh::clean(light), 1, 1).max, 1.001 * bound) << bound;
   }
 }
@@ -135,7 +135,7 @@ TEST(Subdivide, Sqrt3KeepsABoundaryAndSmoothsByItsMask) {
 }
 
 TEST(Subdivide, LoopTakesVerticesOfManyNeighbours) {
-  // OpenMesh has weights for fewer than 50 of them where nobody asks for more.
+  // By default, OpenMesh has weights for fewer than 50 neighbours.
   const Mesh fine = halfedge::subdivide(uv_sphere(4, 500), Scheme::loop, 1);
   for (const mesh::Float3& p : fine.positions)
     for (const float x : p) ASSERT_LE(std::abs(x), 1.01f);

@@ -13,7 +13,7 @@ namespace {
 using mesh::Mesh;
 using repair::Nesting;
 
-/// Boxes of these half sides around the origin; those of negative size face inwards.
+/// Boxes with these half sides around the origin; negative ones face inwards.
 Mesh boxes(const std::vector<float>& halves) {
   Mesh mesh{"boxes", {}, {}};
   for (const float half : halves) append(mesh, cube(), std::abs(half), {0, 0, 0}, half < 0);
@@ -21,7 +21,7 @@ Mesh boxes(const std::vector<float>& halves) {
 }
 
 TEST(Nesting, ACavityIsTurnedInwards) {
-  // With a corner of each box in the plane of a diagonal of the others' sides.
+  // A corner of each box lies in the plane of a diagonal of the others' sides.
   Mesh mesh = boxes({1, 0.5f});
   const Nesting done = repair::turn_solids(mesh, false);
   EXPECT_EQ(done.turned, 1u);
@@ -42,7 +42,7 @@ TEST(Nesting, DeepOnesTakeTurns) {
 }
 
 TEST(Nesting, SeveralInOne) {
-  // Two cavities side by side; in one of them a solid, beside it another box, outside of all.
+  // Two cavities side by side, one of them with a solid; and another box outside.
   Mesh mesh;
   append(mesh, cube(), 1, {-2, 0, 0});
   append(mesh, cube(), 1, {2, 0, 0});
@@ -76,12 +76,12 @@ TEST(Nesting, BoxesThatTouchOrCrossStay) {
   check("side by side", 1, {2, 0, 0}, 0);
   check("on top of each other", 1, {0, 0, 0}, 0);
   check("through each other", 1, {0.5f, 0.5f, 0.5f}, 0);
-  check("within, at a side", 0.5f, {0.5f, 0, 0}, 0);  // nothing is behind it
+  check("within, at a side", 0.5f, {0.5f, 0, 0}, 0);  // nothing behind it
   check("within, at the other side", 0.5f, {-0.5f, 0, 0}, 1);
   check("within, at a corner", 0.5f, {-0.5f, -0.5f, -0.5f}, 1);
 }
 
-/// What is within something that crosses another may be within both.
+/// Something within one of two intersecting boxes may be within both.
 TEST(Nesting, WithinWhatCrosses) {
   Mesh mesh = cube();
   append(mesh, cube(), 1, {0.5f, 0, 0});
@@ -91,7 +91,7 @@ TEST(Nesting, WithinWhatCrosses) {
   EXPECT_EQ(done.unclear, 1u);
 }
 
-/// Its bounds are within the other's, and it sticks out of the other's hollow side.
+/// Its bounds lie within the other's, but it sticks out of the other's hollow side.
 TEST(Nesting, ABarThroughARing) {
   Mesh mesh = torus(48, 24);
   Mesh bar = cube();

@@ -49,7 +49,7 @@ std::vector<uint8_t> ask(const volume::RayVolume& volume, const std::vector<Line
 }
 
 TEST(RayVolume, AnswersAsABallDoes) {
-  // Away from the origin, too, where nodes of OpenVDB's tree begin.
+  // Also away from the origin, where nodes of OpenVDB's tree begin.
   for (const float x : {0.f, -700.f}) {
     mesh::Mesh ball;
     append(ball, icosphere(5), 1, {x, 0, 0});
@@ -78,7 +78,7 @@ TEST(RayVolume, KeepsToASegmentsEnds) {
   const mesh::Mesh ball = icosphere(5);
   for (const auto& volume : {volume::distance_volume(ball, kVoxel), volume::voxel_volume(ball, kVoxel)}) {
     const auto visible = [&](float tmin, float tmax, double skip = 0) {
-      // Twice as fast as a direction of unit length: the surface is met at t = 1 and 2.
+      // The direction has length 2: the surface is met at t = 1 and 2.
       const std::vector<Line> one{{{{-3, 0, 0}, {2, 0, 0}, tmin, tmax}, 0}};
       return ask(*volume, one, skip)[0];
     };
@@ -89,7 +89,7 @@ TEST(RayVolume, KeepsToASegmentsEnds) {
     EXPECT_EQ(visible(2.1f, kInfinity), 1);
     EXPECT_EQ(visible(1.95f, kInfinity), 0);
     EXPECT_EQ(visible(1.95f, kInfinity, 6), 1);  // six voxels are 0.09 of t
-    EXPECT_EQ(visible(1, 0.5f), 1);              // no points
+    EXPECT_EQ(visible(1, 0.5f), 1);              // an empty segment
   }
 }
 

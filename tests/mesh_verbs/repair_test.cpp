@@ -70,7 +70,7 @@ TEST_F(Repair, BoxesThatTouchAtAnEdgeStayClosed) {
   EXPECT_EQ(inspect::inspect(boxes, false).solids(), 2u);
 }
 
-/// Two fins at one edge of a box are taken from it, and become one sheet.
+/// Two fins at one edge of a box are detached and become one sheet.
 TEST_F(Repair, StitchesWhatIsLeftOfAnEdge) {
   Mesh fins = cube();
   fins.positions.insert(fins.positions.end(), {{0, -3, -1}, {0, -1, -3}});
@@ -126,7 +126,7 @@ TEST_F(Repair, WeldsWhatIsNear) {
   EXPECT_EQ(inspect::inspect(soup).boundary_edges, 0u);
 }
 
-/// Where floats lie farther apart than the distance, no cell of an integer's range has them all.
+/// If floats are farther apart than the distance, cell numbers exceed an integer's range.
 TEST_F(Repair, WeldsFarFromTheOrigin) {
   for (const float far : {1e15f, -1e30f}) {
     std::vector<mesh::Float3> points;

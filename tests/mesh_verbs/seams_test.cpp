@@ -17,7 +17,7 @@ using mesh::Float3;
 using mesh::Mesh;
 using repair::TJunctions;
 
-/// The unit cube whose top has `points` vertices on the edge that its front lacks, at these places along it.
+/// The unit cube; the top has extra vertices at these positions of an edge, and the front lacks them.
 Mesh cube_with(const std::vector<float>& points) {
   Mesh mesh{
       "cube", {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {0, 0, 1}, {1, 0, 1}, {0, 1, 1}, {1, 1, 1}}, {}};
@@ -34,7 +34,7 @@ Mesh cube_with(const std::vector<float>& points) {
   return mesh;
 }
 
-/// Turned about some axis and moved, in single precision, as programs do.
+/// Rotated about some axis and moved in single precision, as programs do.
 Mesh turned(const Mesh& mesh, uint32_t seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<float> any(-1, 1);
@@ -86,7 +86,7 @@ TEST(Seams, RoundedVerticesOnSlantedEdges) {
   }
 }
 
-/// Both sides of the seam have vertices that the other lacks, and the strips begin at different places.
+/// Each side of the seam has vertices that the other lacks, and the strips begin at different positions.
 TEST(Seams, ChainsThatMissEachOther) {
   const auto strip = [](const std::vector<float>& at, float side, Mesh& mesh) {
     for (const float x : at) mesh.positions.insert(mesh.positions.end(), {{x, 0, 0}, {x, side, 0}});
@@ -108,11 +108,11 @@ TEST(Seams, ChainsThatMissEachOther) {
   EXPECT_EQ(found.components.size(), 1u);
   EXPECT_EQ(found.inconsistent_edges + found.non_manifold_edges, 0u);
   EXPECT_EQ(found.area, 8 + 6);
-  // Around: two ends each, the far sides, and 0-1 and 7-8 of the seam.
+  // The boundary: two ends each, the far sides, and 0-1 and 7-8 of the seam.
   EXPECT_EQ(found.boundary_edges, 4u + 4 + 4 + 2);
 }
 
-/// A triangle all of whose edges are split.
+/// A triangle with all edges split.
 TEST(Seams, AllEdgesOfATriangle) {
   Mesh mesh{"star",
             {{0, 0, 0},
@@ -141,7 +141,7 @@ TEST(Seams, WhatClosesNothingStays) {
       "corner", {{0, 0, 0}, {2, 0, 0}, {1, 1, 0}, {1, 0, 0}, {0, -1, 0}, {2, -1, 0}}, {{0, 1, 2}, {3, 4, 5}}};
   Mesh fin = cube();
   append(fin, Mesh{"fin", {{0, -1, -1}, {0.5f, -1, -1}, {0, -3, -3}}, {{0, 1, 2}}});
-  // The vertex that faces the edge lies on it but for rounding: the fan would turn over.
+  // The opposite vertex lies on the edge except for rounding: the fan would flip.
   Mesh sliver{"sliver",
               {{0, 0, 0}, {1, 0, 0}, {0.5f, 1e-9f, 0}, {0.5f, 2e-9f, 0}},
               {{0, 1, 2}, {0, 2, 3}, {2, 1, 3}}};
@@ -154,7 +154,7 @@ TEST(Seams, WhatClosesNothingStays) {
 
 TEST(Seams, NoEdgeGetsThreeTriangles) {
   Mesh mesh = cube_with({0.5f});
-  // The place is taken: an edge from the vertex to the corner that the fan would go to.
+  // The fan's new edge, from the vertex to the corner, exists already.
   mesh.positions.push_back({2, -1, 1});
   mesh.triangles.insert(mesh.triangles.end(), {{8, 0, 9}, {0, 8, 9}});
   Mesh split = mesh;

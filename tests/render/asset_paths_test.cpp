@@ -20,7 +20,7 @@
 namespace nif::render {
 namespace {
 
-/// Moved, turned, scaled by 2 and mirrored.
+/// Moved, rotated, scaled by 2 and mirrored.
 constexpr mesh::Transform kTurnedAndMirrored{0, 0, 2, 3, 0, 2, 0, 1, 2, 0, 0, -1};
 
 class AssetPictures : public testing::Test {
@@ -101,7 +101,7 @@ TEST_F(AssetPictures, ExactAssetsGiveEmbreesPicture) {
     EXPECT_EQ(by_assets(alone).values, by_assets(rendering).values);
     EXPECT_EQ(alone.camera_rays.normal_error, rays.normal_error);
 
-    // Mirror and bounce are there: without them it is another picture.
+    // Mirror and bounce have an effect: without them the picture differs.
     scene.objects[1].mirror = false;
     const Rendering dull = render_scene(scene);
     EXPECT_LT(psnr(srgb_encoded(by_assets(dull)), srgb_encoded(by_assets(rendering))), 30);
@@ -125,7 +125,7 @@ TEST_F(AssetPictures, FieldsComeClose) {
   EXPECT_LT(rays.normal_error / double(rays.both), 12);
 }
 
-/// A flat mirror sends on what it sees, times its albedo; of sky only, whatever the light.
+/// A flat mirror reflects what it sees, times its albedo. Here that is only sky, independent of lights.
 TEST_F(AssetPictures, AMirrorShowsTheSky) {
   SceneDescription scene = scene_of({object("cube", test::cube(), "bvh")});
   scene.objects[0].mirror = true;
@@ -144,7 +144,7 @@ TEST_F(AssetPictures, AMirrorShowsTheSky) {
   EXPECT_EQ(rendering.shadow_rays.rays, 0u);
 }
 
-/// Between two parallel mirrors a path ends, and nothing is seen.
+/// A path between two parallel mirrors ends and is black.
 TEST_F(AssetPictures, ReflectionsEnd) {
   SceneDescription scene = scene_of({object("cube", test::cube(), "bvh")});
   scene.objects[0].mirror = true;
@@ -157,8 +157,7 @@ TEST_F(AssetPictures, ReflectionsEnd) {
   EXPECT_EQ(by_assets(rendering).at(32, 24)[0], 0);
 }
 
-/// From within a closed object all is dark but what bounces cannot bring either; from within a ring's box one
-/// sees the ring.
+/// Inside a closed object everything is dark, even with bounces. Inside a ring's box one sees the ring.
 TEST_F(AssetPictures, CamerasMayBeInside) {
   SceneDescription scene = scene_of({object("ball", test::icosphere(3), "segment")});
   scene.cameras[0] = {"c", Place{{0.1, 0, 0}, {1, 0, 0}}, 60};

@@ -24,7 +24,7 @@ Image noise(uint64_t seed) {
   return image;
 }
 
-/// Each pixel the mean of those at most `radius` away along x and y.
+/// A box filter: the mean of all pixels at most `radius` away along x and y.
 Image blurred_by(const Image& image, int radius) {
   Image out(image.width, image.height);
   for (int y = 0; y < int(image.height); ++y)
@@ -42,8 +42,8 @@ Image blurred_by(const Image& image, int radius) {
   return out;
 }
 
-// What the paper's section on colour says of two plain colours, where no filter changes anything and there is
-// no feature. With sRGB's matrix as IEC 61966-2-1 has it, to four digits.
+// The paper's colour difference of two uniform pictures: no filter has an effect, and there are no features.
+// With the four-digit sRGB matrix of IEC 61966-2-1.
 struct Lab {
   double l, a, b;
 };
@@ -68,7 +68,7 @@ double expected(const Lab& one, const Lab& other) {
 TEST(Flip, PlainColours) {
   const double black_white = flip(plain(0, 0, 0), plain(1, 1, 1));
   EXPECT_NEAR(black_white, expected(hunt_of(0, 0, 0), hunt_of(1, 1, 1)), 1e-3);
-  EXPECT_NEAR(black_white, 0.967, 1e-3);  // as the authors' own program says
+  EXPECT_NEAR(black_white, 0.967, 1e-3);  // the value of the authors' program
   EXPECT_NEAR(flip(plain(0, 1, 0), plain(0, 0, 1)), 1, 1e-6);
   // sRGB 0.5 is 0.2140 in linear light.
   EXPECT_NEAR(flip(plain(0.5f, 0, 0), plain(0.5f, 0.5f, 0)),
@@ -79,7 +79,7 @@ TEST(Flip, PlainColours) {
 
 TEST(Flip, EqualPicturesDoNotDiffer) {
   EXPECT_EQ(flip(noise(1), noise(1)), 0);
-  // What is beyond 0 and 1 is not seen.
+  // Values are clamped to 0..1.
   EXPECT_EQ(flip(plain(-3, 2, 0.5f), plain(0, 1, 0.5f)), 0);
 }
 
@@ -106,7 +106,7 @@ TEST(Flip, MoreBlurDiffersMore) {
   }
 }
 
-/// An edge that is not there counts for more than the same change of colour without one.
+/// A missing edge counts more than the same change of colour without an edge.
 TEST(Flip, FeaturesCount) {
   const Image grey = plain(0.5f, 0.5f, 0.5f, 64, 48);
   Image half = grey;
@@ -117,7 +117,7 @@ TEST(Flip, FeaturesCount) {
   EXPECT_GT(flip(grey, half), 0.5 * whole * 1.02);
 }
 
-/// Noise of single pixels is hardly seen from where the paper looks; the same values in large squares are.
+/// From the paper's distance, single-pixel noise is hardly visible; the same values in large squares are.
 TEST(Flip, TheEyeDoesNotSeeEveryPixel) {
   const auto checked = [](uint32_t size) {
     Image image(64, 64);

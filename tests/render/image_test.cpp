@@ -67,7 +67,7 @@ TEST(Images, WhatIsNoPicture) {
   EXPECT_EQ(status_of((folder.path() / "negative.exr").string()), Status::not_an_image);
 }
 
-/// Found by fuzzing: at a run of no pixels stb never ends, and that is what it sees behind the end.
+/// Found by fuzzing: stb never ends at a run of length 0, which is also what it reads past the end.
 TEST(Images, RunsOfNoPixels) {
   const test::TempDir folder;
   const std::string head = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 8\n";
@@ -85,7 +85,7 @@ TEST(Images, RunsOfNoPixels) {
             Status::not_an_image);
 }
 
-/// Found by fuzzing, both: sizes that a few bytes claim take no memory.
+/// Both found by fuzzing: a few bytes that claim a large size must not take memory.
 TEST(Images, ClaimsBeyondTheLengthOfTheFile) {
   const test::TempDir folder;
   const auto sentence_of = [&](const std::string& name, const std::string& bytes) {
@@ -110,12 +110,12 @@ TEST(Images, ClaimsBeyondTheLengthOfTheFile) {
     EXPECT_NE(at, std::string::npos);
     return other.replace(at + after.size() + skip, value.size(), value);
   };
-  // An attribute of an unknown type, so that its length is believed.
+  // An attribute of an unknown type, whose length is trusted.
   const std::string much("\xff\xff\xff\x6f", 4), side("\xff\x3f\0\0", 4);
   const std::string of_attribute = sentence_of(
       "c.exr", changed(std::string("screenWindowWidth\0", 18), 0, std::string("flood\0", 6) + much));
   EXPECT_NE(of_attribute.find("cannot be read"), std::string::npos) << of_attribute;
-  // xMax and yMax, behind length, xMin and yMin
+  // xMax and yMax, after length, xMin and yMin
   const std::string of_pixels =
       sentence_of("d.exr", changed(std::string("dataWindow\0box2i\0", 17), 12, side + side));
   EXPECT_NE(of_pixels.find("d.exr"), std::string::npos) << of_pixels;
@@ -167,7 +167,7 @@ TEST(Compare, SsimFallsWithDamage) {
   }
   EXPECT_LT(ssim(a, little), 1);
   EXPECT_LT(ssim(a, much), ssim(a, little));
-  // Of two flat pictures only the means differ: (2 x y + c1) / (x^2 + y^2 + c1).
+  // For two uniform pictures only the means matter: (2 x y + c1) / (x^2 + y^2 + c1).
   Image grey(16, 16), white(16, 16);
   std::fill(grey.values.begin(), grey.values.end(), 0.5f);
   std::fill(white.values.begin(), white.values.end(), 1.0f);

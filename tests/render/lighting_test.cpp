@@ -89,7 +89,7 @@ TEST(Lighting, AreaFromFarIsAPoint) {
   const Colour point =
       irradiance(scene_of(PointLight{{0, distance, 0}, {5 * side * side, 0, 0}}), {}, {0, 1, 0});
   EXPECT_NEAR(point[0], e[0], 1e-8);
-  // It shines to one side only.
+  // It shines only to one side.
   EXPECT_EQ(irradiance(scene_of(area), {0, 2 * distance, 0}, {0, -1, 0})[0], 0);
 }
 
@@ -100,7 +100,7 @@ TEST(Lighting, SpotsFallOffBetweenTheirCones) {
   EXPECT_EQ(spot_share(spot, degrees(19.9)), 1);
   EXPECT_EQ(spot_share(spot, degrees(40.1)), 0);
   EXPECT_EQ(spot_share(spot, -1), 0);
-  // Halfway in cosines there is a quarter; it falls all the way, without a step.
+  // Halfway between the cosines it is a quarter; it falls monotonically without a step.
   EXPECT_NEAR(spot_share(spot, (degrees(20) + degrees(40)) / 2), 0.25, 1e-12);
   double last = 1;
   for (double angle = 20; angle <= 40; angle += 0.1) {
@@ -114,7 +114,7 @@ TEST(Lighting, SpotsFallOffBetweenTheirCones) {
   const SpotLight hard{{}, {0, -1, 0}, {1, 1, 1}, 30, 30};
   EXPECT_EQ(spot_share(hard, degrees(29.9)), 1);
   EXPECT_EQ(spot_share(hard, degrees(30.1)), 0);
-  // Within the inner cone it is a point light; it does not shine backwards.
+  // Within the inner cone it equals a point light; it does not shine backwards.
   EXPECT_NEAR(irradiance(scene_of(spot), {}, {0, 1, 0})[0], 3.0 / 4, 1e-9);
   EXPECT_EQ(irradiance(scene_of(spot), {3, 0, 0}, {0, 1, 0})[0], 0);
   EXPECT_EQ(irradiance(scene_of(spot), {0, 5, 0}, {0, -1, 0})[0], 0);
@@ -123,7 +123,7 @@ TEST(Lighting, SpotsFallOffBetweenTheirCones) {
 
 class Environment : public testing::Test {
  protected:
-  /// Dark but for one bright texel, and a dim lower half.
+  /// Dark except for one bright texel and a dim lower half.
   SceneDescription scene(Sampling sampling, double rotation, int up) {
     Image image(32, 16);
     for (uint32_t y = 8; y < 16; ++y)

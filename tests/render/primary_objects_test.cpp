@@ -45,7 +45,7 @@ class PrimaryScenes : public testing::Test {
     ObjectMeshes meshes = read_meshes(scene, notes, quiet);
     return std::make_unique<World>(scene, std::move(meshes), "queries=8", quiet);
   }
-  /// Learned from the scene's camera.
+  /// Trained on the scene's camera.
   std::string bake(SceneDescription scene, bool with_primary = true) const {
     const auto world = make_world(scene);
     const Lighting lighting(scene);
@@ -78,7 +78,7 @@ class PrimaryScenes : public testing::Test {
   std::string mesh_;
 };
 
-/// Moved, turned, scaled by 3 and mirrored.
+/// Moved, rotated, scaled by 3 and mirrored.
 constexpr mesh::Transform kMirrored{0, 0, 3, 10, 0, 3, 0, -2, 3, 0, 0, 7};
 
 TEST_F(PrimaryScenes, FieldsStandWhereTheirMeshesStand) {
@@ -89,7 +89,7 @@ TEST_F(PrimaryScenes, FieldsStandWhereTheirMeshesStand) {
     scene.objects[0].primary = true;
     const auto world = make_world(scene);
     ASSERT_TRUE(world->has_primaries());
-    ASSERT_TRUE(world->assets().no_first_hits());  // a field for primary rays is another thing
+    ASSERT_TRUE(world->assets().no_first_hits());  // fields for primary rays do not count
     EXPECT_NE(world->assets().no_first_hits()->find("ball.nif"), std::string::npos);
 
     scene.picture.samples = 4;
@@ -105,7 +105,7 @@ TEST_F(PrimaryScenes, FieldsStandWhereTheirMeshesStand) {
     EXPECT_FALSE(rendering.images[size_t(Mode::primary)].values.empty());
     EXPECT_EQ(rendering.normals[0].values.size(), 3u * 64 * 48);
 
-    // The same for one thread and two; and what shadow rays come to does not depend on it.
+    // The same for one thread and two; shadow rays do not depend on it either.
     Rendering alone;
     tbb::task_arena(1).execute([&] { alone = render_scene(scene, *world); });
     EXPECT_EQ(alone.camera_rays.depth_error, rays.depth_error);

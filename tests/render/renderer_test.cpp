@@ -68,7 +68,7 @@ TEST_F(Renderer, LitGroundIsShownAtItsLevel) {
   EXPECT_TRUE(rendering.images[size_t(Mode::bits)].values.empty());
 }
 
-/// Under a sky, ground far away sees half of all directions; right below a sphere it sees none.
+/// Under a sky, distant ground sees the whole upper half; ground right below a sphere sees nothing.
 TEST_F(Renderer, SkyIsHiddenBelowTheSphere) {
   SceneDescription scene = sphere_on_ground(Sky{});
   scene.picture.samples = 64;
@@ -139,7 +139,7 @@ TEST_F(Renderer, OrbitsShowTheBoxAsLargeAsAsked) {
   const mesh::Box box{{-1, -1, -1}, {1, 1, 1}};
   for (const double fill : {0.3, 0.9}) {
     const Camera camera = place_camera({"c", Orbit{0, 0, fill}, 40}, box, 1, 100, 100);
-    // Seen from the front, the near face's upper edge is what stands highest.
+    // From the front, the upper edge of the near face is highest.
     const double distance = length(camera.position) - 1;
     EXPECT_NEAR(1 / distance / std::tan(20 * std::numbers::pi / 180), fill, 1e-6);
   }
@@ -157,7 +157,7 @@ TEST_F(Renderer, ViewsLookAlongTheirLineAndMayRoll) {
   const double half = std::sqrt(0.5), wide = std::sqrt(0.2);
   expect_near(camera.direction(0.5, 0), {half, 0, -half});
   expect_near(camera.direction(1, 0.5), {0, -2 * wide, -wide});
-  // "up" may lean forwards.
+  // "up" need not be perpendicular to the view.
   const Camera leaning =
       place_camera({"c", View{{1, 2, 3}, {0, 0, -1}, {0.6, 0, -0.8}}, fov}, {}, 1, 200, 100);
   expect_near(leaning.direction(0.5, 0), {half, 0, -half});
@@ -166,14 +166,14 @@ TEST_F(Renderer, ViewsLookAlongTheirLineAndMayRoll) {
 TEST_F(Renderer, ASpotLightsItsCone) {
   SceneDescription scene = sphere_on_ground(SpotLight{{6, 3, 0}, {0, -1, 0}, {5, 5, 5}, 5, 10});
   scene.picture.exposure = 1;
-  // From above the ground below the spot: lit in the middle, dark at the edges.
+  // The ground below the spot light, from above: lit in the middle, dark at the edges.
   scene.cameras[0].where = Place{{6, 3, 0}, {6, -1, 0}};
   const Image picture = reference(render_scene(scene));
   EXPECT_NEAR(picture.at(24, 16)[0], 5.0 / 16 * 0.8 / std::numbers::pi, 1e-3);
   EXPECT_EQ(picture.at(1, 1)[0], 0);
 }
 
-/// The same camera and lights, said by a scene and by a mesh file.
+/// The same camera and lights, from a scene file and from a mesh file.
 TEST_F(Renderer, GltfGivesThePictureOfTheSceneThatSaysTheSame) {
   constexpr double kDegrees = 180 / std::numbers::pi;
   test::Gltf gltf = test::gltf_of(test::cube());
@@ -195,7 +195,7 @@ TEST_F(Renderer, GltfGivesThePictureOfTheSceneThatSaysTheSame) {
   scene.cameras = {{"c", Place{{3, 0, 4}, {0, 0, 0}}, 0.8 * kDegrees}};
   const Image by_scene = srgb_encoded(reference(render_scene(scene)));
   EXPECT_GT(psnr(by_gltf, by_scene), 50);
-  // There is something to be seen: both lights.
+  // Both lights are visible.
   scene.lights.pop_back();
   EXPECT_LT(psnr(by_gltf, srgb_encoded(reference(render_scene(scene)))), 40);
 }

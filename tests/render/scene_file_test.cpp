@@ -17,7 +17,7 @@ constexpr const char* kSmall =
 class SceneFile : public testing::Test {
  protected:
   SceneDescription read(const std::string& text) { return read_scene(folder_.write("scene.toml", text)); }
-  /// The sentence that refuses a scene.
+  /// The message that refuses a scene.
   std::string refusal(const std::string& text, Status status = Status::malformed_scene) {
     try {
       read(text);

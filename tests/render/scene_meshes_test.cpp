@@ -29,7 +29,7 @@ class SceneMeshes : public testing::Test {
     meshes_ = read_meshes(scene, notes_, quiet);
     return scene;
   }
-  /// A scene in TOML of which a.glb is what gltf_ is now.
+  /// A scene in TOML that uses a.glb, written from the current gltf_.
   SceneDescription read_text(const std::string& text) {
     folder_.write("a.glb", gltf_.glb());
     return read(read_scene(folder_.write("scene.toml", text)));
@@ -99,7 +99,7 @@ TEST_F(SceneMeshes, ObjectsTakeLightsAndCamerasAlong) {
   const auto& spot = std::get<SpotLight>(scene.lights[0]);
   expect_near(spot.position, {10, 0, -2});
   expect_near(spot.direction, {-1, 0, 0});
-  EXPECT_EQ(spot.intensity, (Colour{1, 1, 1}));  // a scale changes no intensity
+  EXPECT_EQ(spot.intensity, (Colour{1, 1, 1}));  // scale does not change intensity
   const auto& sun = std::get<Sun>(scene.lights[1]);
   expect_near(sun.direction, {1, 0, 0});
   EXPECT_EQ(sun.irradiance, (Colour{2, 2, 2}));
@@ -159,7 +159,7 @@ TEST_F(SceneMeshes, NamesAreUniqueAndNameFiles) {
 TEST_F(SceneMeshes, WhatHasNoDirectionIsLeftOut) {
   gltf_.camera(kPerspective, {{"scale", {1, 0, 1}}});
   gltf_.light({{"type", "directional"}}, {{"scale", {0, 0, 0}}});
-  gltf_.light({{"type", "point"}}, {{"scale", {0, 0, 0}}});  // needs none
+  gltf_.light({{"type", "point"}}, {{"scale", {0, 0, 0}}});  // needs no direction
   gltf_.light({{"type", "point"}}, {{"translation", {1e30, 0, 0}}});
   const SceneDescription scene = read_direct();
   ASSERT_EQ(scene.lights.size(), 1u);

@@ -73,11 +73,11 @@ TEST_F(Views, RaysMeetTheObjectInItsOwnSpace) {
   }
   EXPECT_GT(on_sphere, 40u);
   EXPECT_GT(blocked, 20u);                               // from the ground
-  EXPECT_LT(blocked, rays.segments.size() - on_sphere);  // nothing that starts on a sphere is blocked by it
+  EXPECT_LT(blocked, rays.segments.size() - on_sphere);  // a sphere does not block its own rays
 }
 
 TEST_F(Views, OneRayForEachBoxThatIsMet) {
-  // Two spheres in one place: every ray counts for both.
+  // Two spheres at the same position: every ray counts for both.
   EXPECT_EQ(draw(scene_with({kMoved, kMoved}), 1).segments.size(),
             2 * draw(scene_with({kMoved}), 1).segments.size());
 }
@@ -99,7 +99,7 @@ TEST_F(Views, RoundsDifferAndThreadsDoNotMatter) {
   EXPECT_TRUE(differ(one, draw(scene, 1)));
 }
 
-/// Those of the cameras: from each, one through each pixel that meets the box, with the camera's jitter.
+/// Camera rays: for each camera, one through each pixel that meets the box, with the camera's jitter.
 TEST_F(Views, RaysOfTheCamerasThemselves) {
   SceneDescription scene = scene_with({kMoved});
   scene.cameras.push_back(scene.cameras[0]);

@@ -10,7 +10,7 @@ import re
 import sys
 from pathlib import Path
 
-# For each column: the files in which a name of a function is a call, and those of them in which it is a declaration only.
+# For each column: the files that call functions, and those that only declare them.
 BINDINGS: dict[str, tuple[str, tuple[str, ...]]] = {
     "Python": ("bindings/python/nifkit/*.py", ("_abi.py",)),
     "web": ("bindings/web/src/*.cpp", ()),

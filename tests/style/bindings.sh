@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# docs/bindings.md against nif.h and the bindings (bindings.py), and that changes of either are found.
+# Compares docs/bindings.md with nif.h and the bindings (bindings.py), and checks that changes of either are found.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 check=$root/tests/style/bindings.py
@@ -7,7 +7,7 @@ python3 "$check" "$root"
 
 copy=$(mktemp -d)
 trap 'rm -rf "$copy"' EXIT
-# changed FILE SED: a tree in which that file is changed by sed has to be refused.
+# changed FILE SED: a tree with this change of a file must be refused.
 changed() {
   rm -rf "${copy:?}"/*
   mkdir -p "$copy/docs" "$copy/runtime/include/nif" "$copy/samples/love" "$copy/bindings/python/nifkit"

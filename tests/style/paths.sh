@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Comments and docs name files and folders that are there. Prints those that are not, and ends with 1.
+# Checks that files and folders named in comments and docs exist. Prints those that do not, and ends with 1.
 #
 # Looked at are words that start with one of the top folders ("bake/oracle/closure", with or without the ending) and words
 # that end as our own sources do ("grid_traversal-inl.hpp"); the end of a path is enough. Headers in .h are mostly others', and not
@@ -13,7 +13,7 @@ list=$(mktemp)
 trap 'rm -f "$list"' EXIT
 git ls-files -co --exclude-standard | while read -r file; do [[ ! -f $file ]] || echo "$file"; done >"$list"
 
-# What changed is told by the old names, and corpus.md is about other people's files.
+# The changelog uses old names, and corpus.md is about third-party files.
 mapfile -t texts < <(grep -E '\.(cpp|hpp|h|c|hip|md|sh|cmake|txt)$|^\.ci/' "$list" | grep -vxE 'CHANGELOG\.md|docs/results/corpus\.md')
 
 awk '

@@ -53,12 +53,12 @@ class Collection {
  public:
   explicit Collection(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
-  /// Keeps the file for what is found about it, where it is the smallest so far.
+  /// Keeps the file for its finding if it is the smallest so far.
   void offer(const Bytes& file) {
     const ExactBuffer buffer(file);
     const validate::Findings findings = validate::validate(buffer.bytes(), "x.nif");
     if (findings.kept().empty()) return;
-    // Of a file that breaks a rule nothing else is found.
+    // A file that breaks a rule has no other finding.
     for (const validate::Finding& finding : findings.kept()) keep(finding.entry->number, file);
   }
 
@@ -197,7 +197,7 @@ void break_sections(const Bytes& good, Collection& collection) {
       offer(other);
     }
   }
-  // A record more of each encoding, that no object has.
+  // One more record of each part, which no object uses.
   for (size_t i = 0; i < parts.size(); ++i)
     for (const size_t record : {sizeof(format::PlanesRecord), sizeof(format::TrianglesRecord)}) {
       if (parts[i].content.size() < record) continue;
@@ -208,7 +208,7 @@ void break_sections(const Bytes& good, Collection& collection) {
     }
 }
 
-/// Values that numbers in a file turn out wrong with.
+/// Values that are often wrong for a number in a file.
 constexpr uint32_t kWords[] = {0,          1,          2,          3,          4,          5,
                                6,          14,         15,         31,         32,         33,
                                64,         77,         128,        129,        255,        257,
@@ -239,7 +239,7 @@ Bytes changed(const Bytes& good, Random& random) {
   return file_of(good, parts);
 }
 
-/// What chance does not find.
+/// Files that random changes do not find.
 void break_content(Collection& collection) {
   RandomAssetOptions options;
   options.objects = 1;
@@ -277,7 +277,7 @@ void break_content(Collection& collection) {
   with([](auto&) {});
   options.odd_corners = false;
 
-  // By metadata that says too little, too much, or of something else.
+  // Metadata with too few members, too many, or about something else.
   const auto says = [&](const std::string& text) { with([&](auto& a) { a.metadata = text; }); };
   const std::string start =
       R"({"tool":{"name":"nifkit","version":"0"},"seed":1,"options":{"encoding":"segment"},"source":{"hash":""},)";
@@ -296,13 +296,13 @@ void break_content(Collection& collection) {
   with([](auto& a) { a.objects[0].aabb_max[1] = a.objects[0].aabb_min[1]; });
 }
 
-/// One of the sections; the file has it.
+/// The section of this type, which must be present.
 Part& section_of(std::vector<Part>& parts, uint32_t type) {
   return *std::find_if(parts.begin(), parts.end(), [&](const Part& part) { return part.type == type; });
 }
 
-/// Words of cells that no encoder would code so: with kinds that follow from the planes, or with cells that
-/// do not separate what they must.
+/// Coded cells that no encoder writes: with kinds that follow from the planes, or with cells that fail to
+/// separate outside from inside.
 void break_coded_cells(const format::Asset& asset, Collection& collection) {
   const Bytes good = format::encode(asset);
   const ExactBuffer buffer(good);
@@ -337,7 +337,8 @@ void break_coded_cells(const format::Asset& asset, Collection& collection) {
 
 constexpr uint32_t kInsideAbove = 7;  // and outside below
 
-/// One voxel inside, surface around it; in the one at its left the planes tell outside from inside.
+/// One inside voxel with surface voxels around it; the planes of the one to its left separate outside from
+/// inside.
 format::Asset shell_of_voxels() {
   format::PlanesData grid;
   grid.voxels = {3, 3, 3};
@@ -382,7 +383,7 @@ void break_links(const Bytes& good, Collection& collection) {
     }
 }
 
-/// A table that names more bricks than there are; numbers too large for a grid.
+/// A table with more bricks than there are, and numbers too large for a grid.
 void break_grid(const format::Asset& asset, Collection& collection) {
   const Bytes good = format::encode(asset);
   const std::vector<Part> parts = parts_of(good);
@@ -400,7 +401,7 @@ void break_grid(const format::Asset& asset, Collection& collection) {
   collection.offer(file_of(good, changed));
 }
 
-/// The record and the payload of triangles, where there is one tree alone.
+/// The record and payload of the triangles of a file with one tree.
 struct Tree {
   std::vector<Part> parts;
   format::TrianglesRecord record;
@@ -442,7 +443,7 @@ void break_tree(const Bytes& good, Collection& collection) {
   store(large.content, 0, root);
   large.offer(good, collection);
   if (tree.record.nodes != 1) return;
-  // A chain of nodes above the one that there is, longer than a path may be.
+  // A chain of nodes above the existing one, longer than a path may be.
   auto deep = tree;
   constexpr uint32_t kChain = kernels::kMaxBvhDepth;
   Bytes chain(kChain * sizeof(kernels::BvhNode));
@@ -459,7 +460,7 @@ void break_tree(const Bytes& good, Collection& collection) {
   deep.offer(good, collection);
 }
 
-/// A tree of one node whose boxes reach farther than an exact object may.
+/// A tree of one node whose boxes exceed the range of exact objects.
 void break_reach(const Bytes& good, Collection& collection) {
   Tree tree(good);
   if (tree.record.nodes != 1) return;
@@ -473,7 +474,7 @@ void break_reach(const Bytes& good, Collection& collection) {
   tree.offer(good, collection);
 }
 
-/// Numbers of triangles and colours of an object that has none.
+/// Source triangles and colours for an object that cannot have them.
 void break_optional(Collection& collection) {
   RandomAssetOptions options;
   options.objects = options.instances = 0;
@@ -486,7 +487,7 @@ void break_optional(Collection& collection) {
                                                      [](auto& record) { record.object = 0; }));
 }
 
-/// Too few translations, and one of another place.
+/// Too few translations, and one that differs from the transform.
 void break_translations(Collection& collection) {
   RandomAssetOptions options;
   options.objects = 0;

@@ -68,7 +68,7 @@ TEST(Validate, FindsEachNumberInItsFile) {
     const Findings findings = findings_in(file);
     EXPECT_GT(findings.count_of(entry.number), 0u) << path << '\n' << sentences(findings);
     const Status status = test::status_of(file);
-    if (entry.number < 800)  // a reader refuses it for that, and validate says nothing else
+    if (entry.number < 800)  // the reader refuses it, so there is no other finding
       EXPECT_EQ(status, entry.status) << path;
     else
       EXPECT_EQ(status, Status::ok) << path;
@@ -90,7 +90,7 @@ TEST(Validate, TakesMetadataAsDeepAsAnyIs) {
   }
 }
 
-/// A line for each number, with what the program says of it, and no other.
+/// The page has one line for each number, with the program's words, and no other line.
 TEST(Validate, IsDocumented) {
   std::ifstream in(kProject / "docs/validation.md");
   ASSERT_TRUE(in);
@@ -113,7 +113,7 @@ TEST(Validate, IsDocumented) {
   for (const auto& [number, line] : lines) ADD_FAILURE() << line;
 }
 
-/// Files that are right, of every encoding: nothing is wrong with them but what random ones have of nature.
+/// Valid files of every encoding: the only findings are those that random assets must have.
 TEST(Validate, TakesWhatTheBakerMakes) {
   size_t files = 0;
   for (const auto& file : std::filesystem::directory_iterator(kProject / "tests/corpus/asset")) {

@@ -89,7 +89,7 @@ nlohmann::ordered_json bake_json(const Arguments& arguments, const mesh::Scene& 
   return json;
 }
 
-/// The report on the decision threshold (--lean) of an object, or null if it has none.
+/// The report on the decision threshold (--max-leak, --max-spurious) of an object, or null if it has none.
 const bake::LeanReport* lean_of(const bake::ObjectReport& object) {
   const auto* field = std::get_if<bake::SegmentBaking::Report>(&object.own);
   return field && field->lean ? &*field->lean : nullptr;
@@ -141,7 +141,7 @@ std::vector<std::string> notes_of(const mesh::Scene& scene, const bake::BakeOpti
           object.name, object.recoveries));
     const bake::LeanReport* lean = lean_of(object);
     if (lean && lean->proven && lean->asked.rate > 0)
-      notes.push_back(fmt::format("'{}': --lean {}={} would take more rays to show than are drawn, so it {}",
+      notes.push_back(fmt::format("'{}': --max-{} {} would take more rays to show than are drawn, so it {}",
                                   object.name, name_of(lean->asked.mistake), lean->asked.rate,
                                   describe(*lean)));
   }
@@ -455,7 +455,7 @@ void add_bake(Command app) {
       "  nif bake dragon.ply.gz -o dragon.nif --max-bytes 200kB\n"
       "  nif bake crate.glb -o crate.nif --encoding exact\n"
       "  nif bake statue.ply -o statue.nif --report statue.html\n"
-      "  nif bake guard.glb -o guard.nif --lean spurious=0.05%\n"
+      "  nif bake guard.glb -o guard.nif --max-spurious 0.05%\n"
       "  nif bake scene.glb -o scene.nif --merge --merge-except 'door*'\n"
       "  nif bake --manifest library.toml --keep-going --report library.html");
   command.callback([a, command] { run(*a, command); });

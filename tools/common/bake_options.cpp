@@ -39,16 +39,6 @@ bake::Mix parse_mix(const std::string& text) {
   return mix;
 }
 
-/// "leak=0.05%" or "spurious=0.0005".
-bake::Lean parse_lean(const std::string& text) {
-  const size_t equals = text.find('=');
-  const std::optional<bake::Mistake> mistake = bake::mistake_named(text.substr(0, equals));
-  if (!mistake || equals == std::string::npos)
-    throw Error(Status::usage,
-                fmt::format("--lean '{}' is not leak=RATE or spurious=RATE, e.g. leak=0.05%", text));
-  return {*mistake, parse_rate(text.substr(equals + 1), fmt::format("--lean {}", bake::name_of(*mistake)))};
-}
-
 }  // namespace
 
 std::optional<mesh::MergeOptions> resolve_merging(const BakeArguments& arguments) {
@@ -124,11 +114,13 @@ bake::BakeOptions resolve_options(const BakeArguments& arguments) {
     throw Error(Status::usage,
                 "--encoding spherical and --resolution cannot be used together: use --outer-resolution, "
                 "--inner-resolution and --distance-resolution");
-  if (spherical && !arguments.lean.empty())
-    throw Error(
-        Status::usage,
-        "--encoding spherical and --lean cannot be used together: these fields, as published, have no "
-        "threshold");
+  for (const auto& [limit, name] :
+       {std::pair{&arguments.max_leak, "--max-leak"}, {&arguments.max_spurious, "--max-spurious"}})
+    if (spherical && !limit->empty())
+      throw Error(Status::usage,
+                  fmt::format("--encoding spherical and {} cannot be used together: these fields, as "
+                              "published, have no threshold",
+                              name));
   if (arguments.spherical.view && !arguments.mix.empty())
     throw Error(Status::usage,
                 "--view and --mix cannot be used together: training rays come from one or the other");
@@ -187,7 +179,14 @@ bake::BakeOptions resolve_options(const BakeArguments& arguments) {
                       "for some rays; use --encoding exact, or auto",
                       encoding_name));
   }
-  if (!arguments.lean.empty()) options.lean = parse_lean(arguments.lean);
+  if (!arguments.max_leak.empty() && !arguments.max_spurious.empty())
+    throw Error(Status::usage,
+                "--max-leak and --max-spurious cannot be used together: what limits one kind of error makes "
+                "the other more frequent");
+  if (!arguments.max_leak.empty())
+    options.lean = {bake::Mistake::leak, parse_rate(arguments.max_leak, "--max-leak")};
+  if (!arguments.max_spurious.empty())
+    options.lean = {bake::Mistake::spurious, parse_rate(arguments.max_spurious, "--max-spurious")};
   if (!arguments.mix.empty()) options.mix = parse_mix(arguments.mix);
   return options;
 }
@@ -214,10 +213,12 @@ void add_bake_options(Command command, BakeArguments& arguments) {
       "--open-rays", arguments.open_rays,
       "The caller has a BVH for open rays (nifQueryOpen): auto then chooses proof instead of segment");
   command.add_option(
-      "--lean", arguments.lean,
-      "Limit one kind of error, with 99% confidence, by moving the decision threshold; the other kind grows. "
-      "leak=RATE: at most this share of the rays of each set is blocked but answered visible; spurious=RATE: "
-      "visible but answered blocked, e.g. spurious=0.05%. 0: never, if the network decides");
+      "--max-leak", arguments.max_leak,
+      "Largest share of the rays of each set that is blocked but answered visible, e.g. 0.05%, with 99% "
+      "confidence. Moves the decision threshold, so the other kind of error grows. 0: never, if the network "
+      "decides");
+  command.add_option("--max-spurious", arguments.max_spurious,
+                     "The same for rays that are visible but answered blocked");
   command.add_flag("--uncoded", arguments.uncoded,
                    "Store fields as they are used in memory: files are larger, load faster, and are used in "
                    "place when they are mapped. The answers are the same");

@@ -18,7 +18,7 @@ struct BakeArguments {
   std::optional<std::string> preset;
   std::optional<std::string> encoding;
   std::optional<uint32_t> resolution;
-  std::string max_bytes, max_error, lean, mix;
+  std::string max_bytes, max_error, max_leak, max_spurious, mix;
   uint64_t seed = 1;
   uint64_t rays = 1'000'000;
   bool strict = false, uncoded = false, source_triangles = false, colors = false, open_rays = false,

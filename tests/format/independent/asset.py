@@ -10,7 +10,7 @@ import spherical
 from container import PARTS, File
 from scene import IDENTITY
 
-# In the order in which they are read: a network stands on planes.
+# In the order in which they are read: a network needs planes.
 READERS = {"planes": planes.read, "triangles": bvh.read, "network": segment.read, "spherical": spherical.read}
 
 

@@ -96,7 +96,7 @@ class Tree:
         self.triangles.append(points)
 
     def settled(self, o, d, tmin, tmax):
-        """The answer to what is no ray for this tree, or None."""
+        """The answer to an invalid ray, or None."""
         far, steep = max(map(abs, o)), max(map(abs, d))
         finite = all(x - x == 0 for x in (*o, *d))
         too_far = max(far, self.extent) > 2.0**61 or far > single(self.extent * 2.0**32)
@@ -142,7 +142,7 @@ class Tree:
         return single(64 / self.extent)
 
     def _met(self, o, d, tmin, tmax):
-        """Of each triangle that the ray meets: t, three weights and their sum, and its place."""
+        """For each triangle that the ray meets: t, three weights and their sum, and its number."""
         k2 = 0
         if abs(d[1]) > abs(d[0]):
             k2 = 1

@@ -27,7 +27,7 @@ def separates(kind):
 
 
 class Planes:
-    """What a word with planes says."""
+    """The fields of a word with planes."""
 
     def __init__(self, word):
         self.kind = word & 15
@@ -59,7 +59,7 @@ class Cells:
             self.check_sides(Sides(self))
 
     def box(self):
-        """Of objects with planes and without triangles."""
+        """For objects with planes and without triangles."""
         grid, voxel = self.grid, 1 / self.grid.voxels_per_unit
         low = [x - 0.125 * voxel for x in grid.origin]
         return low, [x + (count + 0.125) * voxel for x, count in zip(grid.origin, grid.voxels)]
@@ -79,7 +79,7 @@ class Cells:
         self.all_named()
 
     def check_sides(self, sides):
-        """Refuses kinds that state a side that is not so."""
+        """Refuses kinds that state a side that is not proven."""
         sides.check_apart()
         for number, word in enumerate(self.words):
             for nth in range(0 if word & 15 == CUT else 2):
@@ -155,7 +155,7 @@ def dot(a, b):
 
 @dataclass
 class _Hint:
-    """What a neighbour says about the surface."""
+    """A neighbour's prediction of the surface."""
 
     normal: tuple
     at: tuple  # where the surface is expected, in 1/256 of a finest cell
@@ -189,7 +189,7 @@ class _Decoding:
         self.complete(Sides(cells))
 
     def complete(self, sides):
-        """Gives each cell the kind with most that is proven, or checks kinds that do not say all of it."""
+        """Gives each cell the kind that states most of what is proven, or checks kinds that state less."""
         cells, same = self.cells, True
         sides.check_apart()
         for number, word in enumerate(cells.words):
@@ -280,7 +280,7 @@ class _Decoding:
         return mask
 
     def beyond(self, at, size, axis, above):
-        """What is beyond a face of a part: the third number of its model has it."""
+        """What is beyond a face of a part, for the third number of its model."""
         cells = self.cells
         place = list(at)
         place[axis] += size if above else -size

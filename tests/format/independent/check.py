@@ -37,7 +37,7 @@ WHOLE = 2**32 - 1
 
 
 def differing(asset, kind, records):
-    """How many of these answers or hits are not what the asset gives."""
+    """Counts the answers or hits that differ from the asset's."""
     return (differing_hits if kind == ".hits" else differing_answers)(asset, records)
 
 
@@ -66,7 +66,7 @@ def differing_hits(asset, hits):
 
 
 def check(path, answers):
-    """Prints the line of a file. Returns whether all is well."""
+    """Prints the line of a file. Returns whether all answers are right."""
     try:
         asset = Asset(path.read_bytes())
         queries = differ = 0
@@ -87,7 +87,7 @@ def check(path, answers):
 
 
 def check_number(path, answers, codes):
-    """Prints the line of a file if it is not what its number says. Returns whether it is."""
+    """Prints the line of a file if its number does not fit. Returns whether it fits."""
     found, why = None, "read"
     try:
         Asset(path.read_bytes())
@@ -100,21 +100,21 @@ def check_number(path, answers, codes):
 
 
 def read_codes(table):
-    """The exit code of each number, from rows "| 101 | `name` | 12 | what |", or None where there is another word."""
+    """The exit code of each number, from rows "| 101 | `name` | 12 | what |", or None if there is a word instead."""
     rows = (line.split("|") for line in table.read_text(encoding="utf-8").splitlines())
     rows = [[cell.strip() for cell in row] for row in rows if len(row) > 4]
     return {int(row[1]): int(row[3]) if row[3].isdigit() else None for row in rows if row[1].isdigit()}
 
 
 def entries(data):
-    """Of each entry of the section table: its place, and the offset and length of its section."""
+    """For each entry of the section table: its position, and the offset and length of its section."""
     (count,) = struct.unpack_from("<I", data, 24)
     for entry in range(HEADER, min(HEADER + ENTRY * count, len(data) - ENTRY), ENTRY):
         yield entry, *struct.unpack_from("<QQ", data, entry + 8)
 
 
 def with_checksums(data):
-    """A file whose checksums are made right again, as far as its table says where its sections are."""
+    """A file with corrected checksums, as far as its table locates its sections."""
     data = bytearray(data)
     end = HEADER
     for entry, offset, size in entries(data):
@@ -149,7 +149,7 @@ def every(nth, array, size):
 
 
 def self_test(path, answers, count):
-    """Prints the line of a file. Returns whether all damage was treated as it has to be."""
+    """Prints the line of a file. Returns whether all damage was treated correctly."""
     data, draw = path.read_bytes(), random.Random(path.name)
     arrays = [(file.suffix, file.read_bytes()) for file in answers]
     faults = []

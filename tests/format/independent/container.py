@@ -21,7 +21,7 @@ PARTS = {
 NO_PART = 2**32 - 1
 REQUIRED = {"OBJS", "INST", "NAME", *sum(PARTS.values(), [])}
 OPTIONAL = set("PRIM PVAL SRCT SNUM COLR CVAL TRAN META".split())
-# What objects with these parts and no others are called.
+# Names of objects with exactly these parts.
 ENCODINGS = {
     ("planes", "network"): "segment",
     ("spherical",): "spherical",
@@ -42,7 +42,7 @@ STATUSES = {
 
 
 class Refused(Exception):
-    """The file breaks a rule. Says which place breaks it, and how."""
+    """The file breaks a rule. Has the place and the reason."""
 
     def __init__(self, place, what, status="damaged_nif"):
         super().__init__(f"{place}: {what} ({status})")
@@ -83,7 +83,7 @@ class Section:
         self.data = data
 
     def records(self, layout):
-        """The records of this section, of a struct's format each."""
+        """The records of this section, each in a struct's format."""
         layout = struct.Struct("<" + layout)
         whole = len(self.data) % layout.size == 0
         require(whole, self.name, f"{len(self.data)} bytes are no whole number of records of {layout.size}")
@@ -91,7 +91,7 @@ class Section:
 
 
 class Payloads:
-    """Takes the payloads of a section in the order of their records, and checks that they are where they have to be."""
+    """Takes the payloads of a section in the order of their records, and checks their positions."""
 
     def __init__(self, section):
         self.section = section
@@ -262,7 +262,7 @@ def _instances(section, names, objects):
 
 
 def _translations(section, instances):
-    """What each instance's translation has beyond floats."""
+    """The remainder of each instance's translation beyond floats."""
     records = section.records("3d")
     require(len(records) == len(instances), "TRAN", f"{len(records)} translations of {len(instances)} instances")
     remainders = []

@@ -8,7 +8,7 @@ from container import Payloads, require, reserved
 
 
 def _read(file, records, payloads):
-    """Checks records of both kinds; yields (number of the object, object, number, payload, place)."""
+    """Checks records of both kinds. Yields (number of the object, object, number, payload, place)."""
     if records not in file.sections:
         return
     payloads = Payloads(file.sections[payloads])

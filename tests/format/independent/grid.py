@@ -12,7 +12,7 @@ CODED_OCCUPANCY, CODED_CELLS, CODED_KINDS = 1, 2, 4
 
 
 class Grid:
-    """The members of a record that describe a grid, and how its bricks are counted."""
+    """The members of a record that describe a grid, and the count of its bricks."""
 
     def __init__(self, place, origin, voxels_per_unit, voxels, levels, mixed_bricks, surface_voxels, part_count, forms):
         self.place = place
@@ -31,7 +31,7 @@ class Grid:
         self.brick_count = self.bricks[0] * self.bricks[1] * self.bricks[2]
 
     def brick_places(self):
-        """The places of bricks in voxels, in the order of the table."""
+        """The positions of bricks in voxels, in the order of the table."""
         for z in range(self.bricks[2]):
             for y in range(self.bricks[1]):
                 for x in range(self.bricks[0]):

@@ -25,7 +25,7 @@ def none(certain):
 
 
 def hit_by_planes(cells, o, d, tmin, tmax, is_visible=None):
-    """is_visible(tmax): what the object answers to the ray up to there, if it has a network."""
+    """is_visible(tmax): the object's answer to the ray up to tmax, if it has a network."""
     result = walk(cells, o, d, tmin, tmax, in_order=True)
     if result.verdict == VISIBLE:
         return none(result.certain)

@@ -136,7 +136,7 @@ class Scene:
         self.asset, self.instances = asset, instances
 
     def outputs(self, o, d, tmin, tmax):
-        """In the order of golden hits, from t on."""
+        """The members of golden hits in order, from t on."""
         hit, instance = self._hit(o, d, tmin, tmax)
         is_hit = hit.t < math.inf
         certain = hit.high < math.inf or hit.low == math.inf
@@ -213,7 +213,7 @@ def object_scene(asset, item):
 
 
 def whole_scene(asset):
-    """As the asset places its objects; None if one cannot be placed."""
+    """The scene as the asset places its objects; None if one cannot be placed."""
     placed = [Instance(n, asset.objects[item], t, r) for n, (item, t, r) in enumerate(asset.placed)]
     return _scene(asset, placed)
 

@@ -59,7 +59,7 @@ class Mlp:
 
 
 class Corners:
-    """Which corners have features, and which number each one has."""
+    """The corners with features, and the number of each."""
 
     def __init__(self, occupancy, data, around, place):
         self.occupancy = occupancy
@@ -77,7 +77,7 @@ class Corners:
             require(stored == self.base, place, "corner_base does not count corners")
 
     def _around(self):
-        """Those around surface voxels."""
+        """The corners around surface voxels."""
         occupancy, grid = self.occupancy, self.occupancy.grid
 
         def surface(x, y, z):
@@ -95,7 +95,7 @@ class Corners:
         return masks
 
     def number(self, x, y, z):
-        """Of a corner's vector of features, or None."""
+        """The number of a corner's feature vector, or None."""
         bricks = self.occupancy.grid.bricks
         entry = self.occupancy.table[(x >> 2) + bricks[0] * ((y >> 2) + bricks[1] * (z >> 2))]
         if entry < 3:

@@ -17,7 +17,7 @@ def single(x):
 
 
 def divide(a, b):
-    """A quotient of doubles as IEEE 754 has it, where Python raises an error."""
+    """A quotient of doubles by IEEE 754, also where Python raises an error."""
     if b != 0 or b != b:
         return a / b
     if a == 0 or a != a:

@@ -1,8 +1,7 @@
 #!/usr/bin/env bash
-# Fuzzes the asset reader and the runtime in 32 bits, as a browser's WebAssembly has them. Needs what
-# `tools/setup.sh build fuzz bits32` installs.
+# Fuzzes the asset reader and the runtime in 32 bits, as in WebAssembly. Needs what `tools/setup.sh build fuzz bits32` installs.
 #
-#   tests/fuzz/bits32/run.sh [RUNS]    inputs; 20,000 where no number is given
+#   tests/fuzz/bits32/run.sh [RUNS]    inputs (20,000)
 set -euo pipefail
 runs=${1:-20000}
 [[ $runs =~ ^[0-9]+$ && $# -le 1 ]] || { sed -n '2,/^set /{/^set /d;s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}" >&2 && exit 2; }

@@ -527,7 +527,7 @@ typedef struct NifAnswers {
   /* [count] The smallest network output of all instances: below 0 means occluded. NIF_LOGIT_CERTAIN if every
    * instance was decided without its network, -NIF_LOGIT_CERTAIN if one of them was decided to block the ray.
    * Networks of different objects may have different scales. If an asset was baked with a decision threshold
-   * (nif bake --lean), it is subtracted from the asset's outputs here, but not from its probabilities. */
+   * (nif bake --max-leak), it is subtracted from the asset's outputs here, but not from its probabilities. */
   int32_t* logit;
 } NifAnswers;
 
