@@ -26,7 +26,7 @@ from functools import partial
 from pathlib import Path
 
 from asset import Asset
-from container import ENTRY, HEADER, Refused, crc32c
+from shell import ENTRY, HEADER, Refused, crc32c
 from scene import object_scene, whole_scene
 
 ANSWER = struct.Struct("<I3f3fffiBBH")
