@@ -65,8 +65,9 @@ class Piece(Asset):
         item = file.objects[which]
         support(not item.unsupported, f"{item.place} ({item.name!r})", item.unsupported)
         data = file.sections["DATA"]
-        start, end = _range(file, item)
-        data.read_ahead(start, end)
+        start, end, used = _range(file, item)
+        if end - start <= 2 * used + 4096:  # otherwise there are large holes
+            data.read_ahead(start, end)
         shared = {part: _Fetched(file, part) for part in SHARED}
         objects = [None] * len(file.objects)
         objects[which] = _read(file, item, Payloads(data, None), shared)
@@ -133,7 +134,9 @@ def _record(file, item, part):
 
 
 def _range(file, item):
-    """Of DATA: from the first payload of an object to the end of the last one. Nothing of it is checked yet."""
+    """Of DATA: from the first payload of an object to the end of the last one, and how many bytes they have together.
+    Their order is not checked yet.
+    """
     offsets, ends = [], []
     for part in item.parts:
         payloads = _record(file, item, part)[-4 * PAYLOADS[part] :]
@@ -141,7 +144,7 @@ def _range(file, item):
         ends += [offset + length for offset, length in zip(offsets[-PAYLOADS[part] :], payloads[1::4])]
     size = file.sections["DATA"].size
     require(max(ends) <= size, item.place, "a payload ends beyond DATA")
-    return min(offsets), max(ends)
+    return min(offsets), max(ends), sum(ends) - sum(offsets)
 
 
 def _read(file, item, payloads, shared):
