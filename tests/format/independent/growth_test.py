@@ -80,7 +80,9 @@ class Growth(unittest.TestCase):
 
     def test_flags_of_sections(self):
         for kind, flags, code in (
-            ("META", KEEP, DAMAGED),
+            ("META", KEEP, None),
+            ("META", REQUIRED, DAMAGED),
+            ("META", PAYLOADS, DAMAGED),
             ("OBJS", 0, DAMAGED),
             ("OBJS", REQUIRED | PAYLOADS, DAMAGED),
             ("DATA", REQUIRED, DAMAGED),
@@ -93,7 +95,6 @@ class Growth(unittest.TestCase):
             file = forge(SOURCE)
             if kind == "META":
                 file.sections.append(["META", 0, 0, bytearray(b"{}")])
-                self.answers(file, SOURCE)
             file.section(kind)[1] = flags
             with self.subTest(kind=kind, flags=flags):
                 self.refused(file, code) if code else self.answers(file, SOURCE)

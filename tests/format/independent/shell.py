@@ -105,7 +105,7 @@ class Section:
     def __init__(self, name, flags, offset, size, crc, record_size, read):
         self.name, self.flags, self.offset, self.size = name, flags, offset, size
         self.record_size, self._crc, self._read = record_size, crc, read
-        self._window = (0, b"")
+        self._window, self._records = (0, b""), None
 
     def fetch(self, offset, length):
         """Bytes of a section, without a check of its checksum."""
@@ -128,8 +128,10 @@ class Section:
 
     def records(self, layout):
         """The records of this section, of a struct's format each; what they have behind it is ignored."""
-        layout = struct.Struct("<" + layout)
-        return [layout.unpack_from(self.data, at) for at in range(0, self.size, self.record_size)]
+        if self._records is None:
+            layout = struct.Struct("<" + layout)
+            self._records = [layout.unpack_from(self.data, at) for at in range(0, self.size, self.record_size)]
+        return self._records
 
 
 class Payloads:
@@ -223,7 +225,7 @@ class Shell:
             support(not section.flags & REQUIRED, place, "unknown and required")
             return
         flags, record_size = SECTIONS[section.name]
-        require(section.flags & MUST_KNOW == flags, place, f"flags {section.flags:#x}, not {flags}")
+        require(section.flags & (REQUIRED | PAYLOADS) == flags, place, f"flags {section.flags:#x}, not {flags}")
         fits = section.record_size >= record_size if record_size else section.record_size == 0
         require(fits, place, f"records of {section.record_size} bytes, not {record_size}")
         if record_size:
