@@ -1,13 +1,14 @@
-"""The triangles of objects: the tree and its answers (docs/format.md, "Triangles, 32 bytes", "The BVH payload";
+"""The triangles of objects: the tree and its answers (docs/format.md, "Triangles", "The BVH payload";
 docs/answers.md, "bvh", and "First hits": "Of triangles").
 """
 
 import struct
 
-from container import Payloads, require, reserved
 from hits import Hit, none
+from shell import PAYLOAD, require, reserved
 from single import divide, single
 
+LAYOUT = "4I" + PAYLOAD
 NODE = struct.Struct("<3I3I8s24s24s")
 MAX = 2**31 - 1
 LIMIT_DEPTH = 40
@@ -18,6 +19,8 @@ class Tree:
     root_low, root_high  of the root's used slots
     extent
     """
+
+    proven = True
 
     def __init__(self, data, nodes, vertices, triangles, place):
         require(nodes > 0 and triangles > 0, place, "no node or no triangle")
@@ -213,12 +216,8 @@ def contains(box, point):
     return all(low <= x <= high for low, x, high in zip(box[0], point, box[1]))
 
 
-def read(file):
-    payloads = Payloads(file.sections["TREE"])
-    trees = []
-    for number, (nodes, vertices, triangles, zero, *payload) in enumerate(file.records("triangles", "4IQQ")):
-        place = f"triangles {number}"
-        reserved((zero,), place)
-        trees.append(Tree(payloads.take(*payload, place), nodes, vertices, triangles, place))
-    payloads.finish()
-    return trees
+def read(item, fields, payloads):
+    place = f"{item.place}: triangles"
+    nodes, vertices, triangles, zero = fields[0:4]
+    reserved((zero,), place)
+    return Tree(payloads.take(fields[4:8], place), nodes, vertices, triangles, place)

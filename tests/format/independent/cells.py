@@ -4,7 +4,7 @@ import struct
 from dataclasses import dataclass
 
 from coding import Decoder, Models
-from container import require
+from shell import require
 from grid import CODED_CELLS, CODED_KINDS, INSIDE, OUTSIDE
 from sides import Sides
 from single import single

@@ -2,6 +2,7 @@
 """Checks assets and their golden answers with a reader that shares no code with nifkit.
 
     check.py [--self-test COUNT] FILE.nif [FILE.answers | FILE.hits]... [FILE.nif ...]...
+    check.py --pieces FILE.nif [FILE.answers | FILE.hits]... [FILE.nif ...]...
     check.py --numbered TABLE NUMBER-NAME.nif...
 
 This folder is written from docs/format.md and docs/answers.md alone, in plain Python 3.11, one operation of
@@ -12,6 +13,9 @@ Refuses a file that breaks a rule of docs/format.md, and compares every part of 
 
 --self-test shows that this can fail. It damages each file COUNT times in each of three ways, and each array of
 answers and hits, in memory, and demands that the damage is reported.
+
+--pieces reads each object by itself, through ranges of the file, compares its answers and first hits, and demands that
+nothing of other objects' payloads is read.
 
 --numbered takes files that each show a finding of `nif validate`, and TABLE is docs/validation.md, which has the
 exit code of each number. Files of numbers with an exit code have to be refused with it, and those of the others
@@ -25,9 +29,10 @@ from collections import Counter
 from functools import partial
 from pathlib import Path
 
-from asset import Asset
-from container import ENTRY, HEADER, Refused, crc32c
+from asset import Asset, Piece
+from forge import PLACES, Forge, entries, with_checksums
 from scene import object_scene, whole_scene
+from shell import ENTRY, HEADER, Refused
 
 ANSWER = struct.Struct("<I3f3fffiBBH")
 HIT_RAY, HIT = struct.Struct("<I3f3fff"), struct.Struct("<6f3I5fBBH")
@@ -44,8 +49,8 @@ def differing(asset, kind, records):
 def differing_answers(asset, answers):
     count = 0
     for number, (item, ox, oy, oz, dx, dy, dz, tmin, tmax, *expected) in enumerate(ANSWER.iter_unpack(answers)):
-        if item >= len(asset.objects):
-            raise ValueError(f"answer {number} is of object {item}, but there are {len(asset.objects)}")
+        if item >= len(asset.objects) or asset.objects[item] is None:
+            raise ValueError(f"answer {number} is of object {item}, which this reader cannot answer")
         logit, visible, certain = asset.objects[item].answer((ox, oy, oz), (dx, dy, dz), tmin, tmax)
         count += [logit, visible, certain, 0] != expected
     return count
@@ -56,8 +61,8 @@ def differing_hits(asset, hits):
     for at in range(0, len(hits), SIZES[".hits"]):
         which, *ray = HIT_RAY.unpack_from(hits, at)
         if which not in scenes:
-            if which != WHOLE and which >= len(asset.objects):
-                raise ValueError(f"hit {at} is of object {which}, but there are {len(asset.objects)}")
+            if which != WHOLE and (which >= len(asset.objects) or asset.objects[which] is None):
+                raise ValueError(f"hit {at} is of object {which}, which this reader cannot answer")
             scenes[which] = whole_scene(asset) if which == WHOLE else object_scene(asset, which)
         expected = hits[at + HIT_RAY.size : at + SIZES[".hits"]]
         scene = scenes[which]
@@ -80,10 +85,59 @@ def check(path, answers):
     except (Refused, OSError, ValueError) as error:
         print(f"{path}: refused: {error}" if isinstance(error, Refused) else f"{path}: {error}")
         return False
-    counts = Counter(asset.encodings)
+    counts = Counter(name or "that cannot be answered" for name in asset.encodings)
     objects = ", ".join(f"{count} {name}" for name, count in sorted(counts.items()))
     print(f"{path}: {objects}; {queries} queries, {differ} differ")
     return differ == 0
+
+
+def check_pieces(path, answers):
+    """Prints the line of a file. Returns whether all is well."""
+    data, faults, queries, most = path.read_bytes(), [], 0, 0
+    arrays = [(file.suffix, file.read_bytes()) for file in answers]
+    whole = Asset(data)
+    (payloads,) = ((offset, size) for _, kind, _, offset, size, _ in entries(data) if kind == "DATA")
+    for which, item in enumerate(whole.items):
+        if item.unsupported:
+            continue
+        touched = set()
+
+        def read(offset, length):
+            touched.update(range(offset, offset + length))
+            return data[offset : offset + length]
+
+        asset = Piece(read, which)
+        allowed = set()
+        for start, end in own_ranges(data, item):
+            allowed.update(range(payloads[0] + start, payloads[0] + end))
+        touched = {at for at in touched if payloads[0] <= at < sum(payloads)}
+        if touched != allowed:
+            faults.append(f"object {which}: {len(touched)} bytes of payloads read, not {len(allowed)}")
+        most = max(most, len(touched))
+        for kind, array in arrays:
+            size = SIZES[kind]
+            own = b"".join(r for at in range(0, len(array), size) if (r := array[at : at + size])[:4] == which.to_bytes(4, "little"))
+            queries += len(own) // size
+            if differing(asset, kind, own):
+                faults.append(f"object {which}: {kind} differ")
+    print(f"{path}: {len(whole.items)} objects in pieces of at most {most} of {payloads[1]} bytes; {queries} queries")
+    for fault in faults:
+        print(f"{path}: {fault}")
+    return not faults
+
+
+def own_ranges(data, item):
+    """Of DATA, by the page: from the first payload of an object to the end of the last one, and what it shares."""
+    forge = Forge(data)
+    records = {"planes": "PLAN", "triangles": "TRIS", "network": "NETW", "spherical": "SPHR"}
+    stated = []
+    for part, number in item.parts.items():
+        stated += [forge.get(records[part], number, place, "QQ") for place in PLACES[records[part]][1]]
+        if part in ("network", "spherical"):
+            shared = "MLPS" if part == "network" else "SNET"
+            offset, length = forge.get(shared, *forge.get(records[part], number, 0, "I"), *PLACES[shared][1], "QQ")
+            yield offset, offset + length
+    yield min(offset for offset, _ in stated), max(sum(x) for x in stated)
 
 
 def check_number(path, answers, codes):
@@ -104,26 +158,6 @@ def read_codes(table):
     rows = (line.split("|") for line in table.read_text(encoding="utf-8").splitlines())
     rows = [[cell.strip() for cell in row] for row in rows if len(row) > 4]
     return {int(row[1]): int(row[3]) if row[3].isdigit() else None for row in rows if row[1].isdigit()}
-
-
-def entries(data):
-    """For each entry of the section table: its position, and the offset and length of its section."""
-    (count,) = struct.unpack_from("<I", data, 24)
-    for entry in range(HEADER, min(HEADER + ENTRY * count, len(data) - ENTRY), ENTRY):
-        yield entry, *struct.unpack_from("<QQ", data, entry + 8)
-
-
-def with_checksums(data):
-    """A file with corrected checksums, as far as its table locates its sections."""
-    data = bytearray(data)
-    end = HEADER
-    for entry, offset, size in entries(data):
-        struct.pack_into("<I", data, entry + 24, crc32c(data[offset : offset + size]))
-        end = entry + ENTRY
-    struct.pack_into("<I", data, 28, crc32c(data[HEADER:end]))
-    struct.pack_into("<I", data, 32, 0)
-    struct.pack_into("<I", data, 32, crc32c(data[:HEADER]))
-    return bytes(data)
 
 
 def flip(data, bit):
@@ -166,7 +200,7 @@ def self_test(path, answers, count):
     if with_checksums(data) != data:
         faults.append("its checksums are not those of the document")
     places = [(0, HEADER)]
-    for entry, offset, size in entries(data):
+    for entry, _, _, offset, size, _ in entries(data):
         places += [(entry, ENTRY), (offset, size)] if size else [(entry, ENTRY)]
     some = [(kind, every(60, array, SIZES[kind])) for kind, array in arrays]
     refused = 0
@@ -197,6 +231,8 @@ def main(arguments):
     if arguments[:1] == ["--self-test"] and arguments[1:2] and arguments[1].isdigit():
         run = partial(self_test, count=int(arguments[1]))
         arguments = arguments[2:]
+    elif arguments[:1] == ["--pieces"]:
+        run, arguments = check_pieces, arguments[1:]
     elif arguments[:1] == ["--numbered"] and arguments[1:2]:
         run = partial(check_number, codes=read_codes(Path(arguments[1])))
         arguments = arguments[2:]

@@ -1,6 +1,6 @@
 """The range coder, its models, and numbers made of bits (docs/format.md, "Coded payloads": "Bits")."""
 
-from container import require
+from shell import require
 
 _SHARES = [2**17 // (2 * seen + 3) for seen in range(255)]
 

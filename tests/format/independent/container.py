@@ -1,27 +1,25 @@
-"""The shell of a file and the records that every file has (docs/format.md, "The order of the checks", "The shell",
-"Object", "Instance").
+"""What every file has: objects, instances, names and metadata (docs/format.md, "Object", "Objects that a reader cannot
+answer", "Levels", "Instance", "Names").
 """
 
 import struct
 
-HEADER = 64
-ENTRY = 32
-MOST_FLOAT = (2 - 2.0**-23) * 2.0**127
-LIMIT_SECTIONS = 64
-PLACES_NOTHING = 1
-IDENTIFIER = b"\xabNIF 10\xbb\r\n\x1a\n"
+from shell import MUST_KNOW, Refused, Shell, require, require_range, reserved, support
 
-# The parts of objects, in the order of the object record. The sections of each are all present, or all absent.
+MOST_FLOAT = (2 - 2.0**-23) * 2.0**127
+NONE = 2**32 - 1
+LIMIT_LEVEL = 15
+DISABLED = 1
+
+# The parts of objects, in the order of the object record. The sections of each are all present, or all absent; the
+# first has a record for each object with the part.
 PARTS = {
-    "planes": "PLAN OCCU CELL".split(),
-    "triangles": "TRIS TREE".split(),
-    "network": "NETW MLPS WGTS CORN FEAT".split(),
-    "spherical": "SPHR SNET SWGT GRID".split(),
+    "planes": ["PLAN"],
+    "triangles": ["TRIS"],
+    "network": ["NETW", "MLPS"],
+    "spherical": ["SPHR", "SNET"],
 }
-NO_PART = 2**32 - 1
-REQUIRED = {"OBJS", "INST", "NAME", *sum(PARTS.values(), [])}
-OPTIONAL = set("PRIM PVAL SRCT SNUM COLR CVAL TRAN META".split())
-# Names of objects with exactly these parts.
+# What objects with these parts and no others are called.
 ENCODINGS = {
     ("planes", "network"): "segment",
     ("spherical",): "spherical",
@@ -30,169 +28,45 @@ ENCODINGS = {
     ("planes",): "proof",
 }
 
-# Exit codes of the statuses with which files are refused (docs/format.md, "The order of the checks").
-STATUSES = {
-    "file_empty": 12,
-    "file_truncated": 13,
-    "not_a_nif": 30,
-    "foreign_nif": 31,
-    "damaged_nif": 32,
-    "unsupported_nif": 33,
-}
 
+class File(Shell):
+    """A file whose shell, objects, instances, names and metadata are checked.
 
-class Refused(Exception):
-    """The file breaks a rule. Has the place and the reason."""
+    objects, instances
+    """
 
-    def __init__(self, place, what, status="damaged_nif"):
-        super().__init__(f"{place}: {what} ({status})")
-        self.code = STATUSES[status]
-
-
-def require(holds, place, what):
-    if not holds:
-        raise Refused(place, what)
-
-
-def _crc_table():
-    table = []
-    for value in range(256):
-        for _ in range(8):
-            value = (value >> 1) ^ (0x82F63B78 if value & 1 else 0)
-        table.append(value)
-    return table
-
-
-_TABLE = _crc_table()
-
-
-def crc32c(data):
-    crc = 0xFFFFFFFF
-    for byte in data:
-        crc = (crc >> 8) ^ _TABLE[(crc ^ byte) & 0xFF]
-    return crc ^ 0xFFFFFFFF
-
-
-def aligned(offset):
-    return (offset + 63) // 64 * 64
-
-
-class Section:
-    def __init__(self, name, data):
-        self.name = name
-        self.data = data
-
-    def records(self, layout):
-        """The records of this section, each in a struct's format."""
-        layout = struct.Struct("<" + layout)
-        whole = len(self.data) % layout.size == 0
-        require(whole, self.name, f"{len(self.data)} bytes are no whole number of records of {layout.size}")
-        return list(layout.iter_unpack(self.data))
-
-
-class Payloads:
-    """Takes the payloads of a section in the order of their records, and checks their positions."""
-
-    def __init__(self, section):
-        self.section = section
-        self.end = 0
-
-    def take(self, offset, length, place):
-        place = f"{place}: payload in {self.section.name}"
-        data = self.section.data
-        require(offset == aligned(self.end), place, f"at {offset}, but the next one is at {aligned(self.end)}")
-        require(length <= len(data) and offset <= len(data) - length, place, "ends beyond its section")
-        require(not any(data[self.end : offset]), place, "padding before it is not zero")
-        self.end = offset + length
-        return data[offset : self.end]
-
-    def finish(self):
-        require(self.end == len(self.section.data), self.section.name, "does not end with its last payload")
-
-
-class File:
-    """A file whose shell, objects, instances, names and metadata are checked. `sections` maps names to sections."""
-
-    def __init__(self, data):
-        self.sections = _sections(data)
-        for name in ("OBJS", "INST", "NAME"):
-            require(name in self.sections, "section table", f"{name} is missing")
+    def __init__(self, read, length=None):
+        super().__init__(read, length)
         names = _Names(self.sections["NAME"].data)
-        self.objects = _objects(self.sections["OBJS"], names)
-        self.instances = _instances(self.sections["INST"], names, len(self.objects))
+        self.objects = [
+            Object(number, fields, names) for number, fields in enumerate(self.sections["OBJS"].records("6I2I6ffIf3I"))
+        ]
+        self._check_objects()
+        layout = "3d9fI2IQ4I"
+        self.instances = [
+            Instance(number, fields, names, self.objects)
+            for number, fields in enumerate(self.sections["INST"].records(layout))
+        ]
         names.finish()
-        self.remainders = [(0.0,) * 3] * len(self.instances)
-        if "TRAN" in self.sections:
-            self.remainders = _translations(self.sections["TRAN"], self.instances)
-        self.places_nothing = data[36] & PLACES_NOTHING
         require(not (self.places_nothing and self.instances), "INST", "not empty, though the file places nothing")
-        for part, sections in PARTS.items():
-            needed = any(part in item.parts for item in self.objects)
-            for name in sections:
-                require(name in self.sections or not needed, name, "missing, though an object needs it")
-                require(name not in self.sections or needed, name, "there without an object that needs it")
-        for first, second in (("PRIM", "PVAL"), ("SRCT", "SNUM"), ("COLR", "CVAL")):
-            both = (first in self.sections) == (second in self.sections)
-            require(both, first, f"{first} and {second} are only there together")
         if "META" in self.sections:
             self.metadata = _metadata(self.sections["META"].data)
 
-    def having(self, part):
-        """The objects with a part, in the order of its records."""
-        return [item for item in self.objects if part in item.parts]
-
-    def records(self, part, layout):
-        """The records of a part: one for each object that has it."""
-        records = self.sections[PARTS[part][0]].records(layout)
-        require(len(records) == len(self.having(part)), PARTS[part][0], "another number of records than of objects")
-        return records
-
-
-def _sections(data):
-    if not data:
-        raise Refused("file", "no bytes", "file_empty")
-    if data.startswith((b"NetImmerse File Format", b"Gamebryo File Format")):
-        raise Refused("header", "a NetImmerse or Gamebryo model", "foreign_nif")
-    identifier = data[: len(IDENTIFIER)]
-    if IDENTIFIER.startswith(identifier) and len(data) < HEADER:
-        raise Refused("header", "the file ends within it", "file_truncated")
-    if identifier != IDENTIFIER:
-        changed = identifier[0:4] == IDENTIFIER[0:4] or identifier[1:7] == IDENTIFIER[1:7]
-        raise Refused("header", "another identifier", "damaged_nif" if changed else "not_a_nif")
-    version, length, count, table_crc, header_crc = struct.unpack_from("<IQIII", data, 12)
-    require(crc32c(data[:32] + bytes(4) + data[36:HEADER]) == header_crc, "header", "checksum")
-    if version != 2:
-        raise Refused("header", f"version {version}", "unsupported_nif")
-    flags = int.from_bytes(data[36:40], "little")
-    require(flags in (0, PLACES_NOTHING), "header", f"flags {flags}")
-    require(not any(data[40:HEADER]), "header", "reserved bytes are not zero")
-    if len(data) < length:
-        raise Refused("header", f"states {length} bytes, but there are {len(data)}", "file_truncated")
-    require(len(data) == length, "header", f"states {length} bytes, but there are {len(data)}")
-    require(1 <= count <= LIMIT_SECTIONS, "header", f"{count} sections")
-    end = HEADER + ENTRY * count
-    require(end <= length, "section table", "ends beyond the file")
-    require(crc32c(data[HEADER:end]) == table_crc, "section table", "checksum")
-
-    sections = {}
-    for kind, flags, offset, size, crc, zero in struct.iter_unpack("<IIQQII", data[HEADER:end]):
-        name = kind.to_bytes(4, "little").decode("latin-1")
-        place = f"section {name!r}"
-        require(flags in (0, 1), place, "unknown flags")
-        require(zero == 0, place, "reserved bytes are not zero")
-        require(name not in sections, place, "occurs twice")
-        require(offset == aligned(end), place, f"at {offset}, but the next one is at {aligned(end)}")
-        require(size <= length and offset <= length - size, place, "ends beyond the file")
-        require(not any(data[end:offset]), place, "padding before it is not zero")
-        end = offset + size
-        require(crc32c(data[offset:end]) == crc, place, "checksum")
-        if flags and name not in REQUIRED | OPTIONAL:
-            raise Refused(place, "unknown and required", "unsupported_nif")
-        require(flags or name not in REQUIRED, place, "not marked as required")
-        require(not flags or name not in OPTIONAL, place, "marked as required")
-        sections[name] = Section(name, data[offset:end])
-    require(end == length, "file", "does not end with its last section")
-    return sections
+    def _check_objects(self):
+        require(self.objects, "OBJS", "no object")
+        for item, following in zip(self.objects, [*self.objects[1:], None]):
+            follows = item.level == 0 or (following and following.level == item.level - 1)
+            require(follows, item.place, f"no object of level {item.level - 1} after this one of level {item.level}")
+        for part, sections in PARTS.items():
+            indices = [item.parts[part] for item in self.objects if part in item.parts]
+            require(indices == list(range(len(indices))), "OBJS", f"{part} do not count up")
+            for name in sections:
+                require(name in self.sections or not indices, name, "missing, though an object needs it")
+                require(name not in self.sections or indices, name, "there without an object that needs it")
+            if indices:
+                section = self.sections[sections[0]]
+                count = section.size // section.record_size
+                require(count == len(indices), section.name, f"{count} records for {len(indices)} objects")
 
 
 class _Names:
@@ -217,63 +91,57 @@ class _Names:
 
 
 class Object:
+    """parts: of each the number of its record. unsupported: why it cannot be answered, or None."""
+
     def __init__(self, number, fields, names):
-        self.place = f"object {number}"
-        self.parts = {part: number for part, number in zip(PARTS, fields) if number != NO_PART}
-        if tuple(self.parts) not in ENCODINGS:
-            raise Refused(self.place, f"parts {' and '.join(self.parts)}", "unsupported_nif")
-        self.name = names.take(fields[4], fields[5], self.place)
-        self.low, self.high = fields[6:9], fields[9:12]
-        self.bias = fields[12]
+        place = self.place = f"object {number}"
+        self.number, self.level = number, fields[5]
+        self.parts = {part: index for part, index in zip(PARTS, fields[1:5]) if index != NONE}
+        self.name = names.take(fields[6], fields[7], place)
+        self.low, self.high = fields[8:11], fields[11:14]
+        self.bias, self.error = fields[14], fields[16]
+        require_range(self.level, 0, LIMIT_LEVEL, place, "level")
+        finite = all(x - x == 0 for x in (*self.low, *self.high, self.bias, self.error))
+        require(finite, place, "bounds, bias or error are not finite")
+        require(all(a <= b for a, b in zip(self.low, self.high)), place, "bounds: minimum above maximum")
+        require(self.bias >= 0, place, "bias is negative")
+        require(self.error >= 0, place, "error is negative")
+        reserved(fields[17:], place)
+        self.unsupported = None
+        if fields[0] & MUST_KNOW:
+            self.unsupported = f"flags {fields[0] & MUST_KNOW:#x}"
+        elif tuple(self.parts) not in ENCODINGS:
+            self.unsupported = f"parts {' and '.join(self.parts) or 'none'}"
 
     @property
     def encoding(self):
-        return ENCODINGS[tuple(self.parts)]
+        return None if self.unsupported else ENCODINGS[tuple(self.parts)]
 
 
-def _objects(section, names):
-    objects = []
-    counts = dict.fromkeys(PARTS, 0)
-    for number, fields in enumerate(section.records("6I6ffI2I")):
-        place = f"object {number}"
-        item = Object(number, fields, names)
-        for part, record in item.parts.items():
-            require(record == counts[part], place, f"{part} {record}, not {counts[part]}")
-            counts[part] += 1
-        require(all(x - x == 0 for x in fields[6:13]), place, "bounds or bias are not finite")
-        require(all(a <= b for a, b in zip(item.low, item.high)), place, "bounds: minimum above maximum")
-        require(item.bias >= 0, place, "bias is negative")
-        require(not any(fields[14:]), place, "reserved bytes are not zero")
-        objects.append(item)
-    require(objects, "OBJS", "no object")
-    return objects
+class Instance:
+    """transform, of 12 singles; remainder; item: the number of its object"""
 
-
-def _instances(section, names, objects):
-    instances = []
-    for number, fields in enumerate(section.records("12f4I")):
+    def __init__(self, number, fields, names, objects):
         place = f"instance {number}"
-        require(all(x - x == 0 for x in fields[:12]), place, "transform is not finite")
-        require(fields[12] < objects, place, f"object {fields[12]} of {objects}")
+        translation, linear = fields[0:3], fields[3:12]
+        self.item, self.user, self.mask, self.flags, self.parent = fields[12], *fields[15:19]
+        require(all(x - x == 0 for x in linear), place, "transform is not finite")
+        require(all(abs(x) <= MOST_FLOAT for x in translation), place, "translation is not finite in single precision")
+        rounded = [to_float(x) for x in translation]
+        self.remainder = tuple(x - y for x, y in zip(translation, rounded))
+        require(all(to_float(x) == x for x in self.remainder), place, "translation is no sum of two singles")
+        self.transform = tuple(x for r in range(3) for x in (*linear[3 * r : 3 * r + 3], rounded[r]))
+        require(self.item < len(objects), place, f"object {self.item} of {len(objects)}")
+        level = objects[self.item].level
+        require(level == 0, place, f"object {self.item} has level {level}")
         names.take(fields[13], fields[14], place)
-        require(fields[15] == 0, place, "reserved bytes are not zero")
-        instances.append(fields[:13])
-    return instances
+        support(not self.flags & MUST_KNOW & ~DISABLED, place, f"flags {self.flags:#x}")
+        require(self.parent == NONE or self.parent < number, place, f"parent {self.parent}")
+        reserved(fields[19:], place)
 
-
-def _translations(section, instances):
-    """The remainder of each instance's translation beyond floats."""
-    records = section.records("3d")
-    require(len(records) == len(instances), "TRAN", f"{len(records)} translations of {len(instances)} instances")
-    remainders = []
-    for number, (exact, fields) in enumerate(zip(records, instances)):
-        for value, rounded in zip(exact, fields[3:12:4]):
-            place = f"translation {number}"
-            require(abs(value) <= MOST_FLOAT and to_float(value) == rounded, place, "rounds to another float")
-            remainders.append(value - rounded)
-            require(to_float(remainders[-1]) == remainders[-1], place, "is no sum of two floats")
-    require(any(remainders), "TRAN", "floats hold all translations")
-    return [tuple(remainders[n : n + 3]) for n in range(0, len(remainders), 3)]
+    @property
+    def can_be_met(self):
+        return self.mask != 0 and not self.flags & DISABLED
 
 
 def to_float(value):
@@ -292,11 +160,3 @@ def require_aabb(item):
     """The rules for bounds that answers depend on (docs/format.md, "Object")."""
     require(all(abs(x) <= 2.0**60 for x in (*item.low, *item.high)), item.place, "bounds beyond 2^60")
     require(max(b - a for a, b in zip(item.low, item.high)) >= 2.0**-60, item.place, "bounds smaller than 2^-60")
-
-
-def reserved(fields, place):
-    require(not any(fields), place, "reserved bytes are not zero")
-
-
-def require_range(value, low, high, place, what):
-    require(low <= value <= high, place, f"{what} is {value}, not {low} to {high}")

@@ -3,7 +3,7 @@
 import struct
 
 from coding import Decoder, Models
-from container import require, require_range
+from shell import require, require_range
 
 OUTSIDE, INSIDE, UNKNOWN, SURFACE = range(4)
 

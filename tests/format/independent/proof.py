@@ -12,6 +12,8 @@ def proven(result):
 
 
 class Proof:
+    proven = True
+
     def __init__(self, cells):
         self.cells = cells
         self.box, self.scale = cells.box, cells.cells_per_unit

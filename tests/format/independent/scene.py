@@ -138,6 +138,8 @@ class Scene:
     def outputs(self, o, d, tmin, tmax):
         """The members of golden hits in order, from t on."""
         hit, instance = self._hit(o, d, tmin, tmax)
+        if not all(instance.item.proven for instance in self.instances):
+            hit.low = -math.inf
         is_hit = hit.t < math.inf
         certain = hit.high < math.inf or hit.low == math.inf
         normal = colour = (0.0, 0.0, 0.0)
@@ -209,14 +211,14 @@ def _voxel_near(cells, o, d, t):
 
 
 def object_scene(asset, item):
-    return _scene(asset, [Instance(0, asset.objects[item], IDENTITY, (0.0,) * 3)])
+    return Scene(asset, [Instance(0, asset.objects[item], IDENTITY, (0.0,) * 3)])
 
 
 def whole_scene(asset):
-    """The scene as the asset places its objects; None if one cannot be placed."""
-    placed = [Instance(n, asset.objects[item], t, r) for n, (item, t, r) in enumerate(asset.placed)]
-    return _scene(asset, placed)
-
-
-def _scene(asset, instances):
-    return Scene(asset, instances) if all(x.can_be_placed for x in instances) else None
+    """As the asset places its objects; None if one cannot be placed."""
+    if any(asset.objects[item] is None for item, _, _, _ in asset.placed):
+        return None
+    placed = [(Instance(n, asset.objects[item], t, r), met) for n, (item, t, r, met) in enumerate(asset.placed)]
+    if not all(x.can_be_placed for x, _ in placed):
+        return None
+    return Scene(asset, [x for x, met in placed if met])

@@ -1,5 +1,5 @@
 """The networks of objects, and `segment` objects: planes, and a network for what they leave open (docs/format.md,
-"Network, 64 bytes", "MLP, 80 bytes", "The corners payload", "The feature payload", "The weights payload", and "Coded
+"Network", "MLP", "The corners payload", "The feature payload", "The weights payload", and "Coded
 payloads": "Features"; docs/answers.md, "segment").
 """
 
@@ -8,14 +8,14 @@ import struct
 from operator import mul
 
 from coding import Decoder, Models
-from container import Payloads, require, require_range, reserved
 from grid import SURFACE, check_expansion
 from hits import hit_by_planes
 from proof import proven
+from shell import PAYLOAD, require, require_range, reserved
 from single import divide, index, least, single
 from walk import OPEN, walk
 
-
+LAYOUT, MLP_LAYOUT = "4IfI2I" + 2 * PAYLOAD, "If12IiI" + PAYLOAD
 # Bits of `forms` of networks.
 CODED_FEATURES, CORNERS_AROUND = 1, 2
 
@@ -122,6 +122,8 @@ def _features(coded, corners, floats, data, place):
 
 
 class Segment:
+    proven = True
+
     def __init__(self, cells, corners, features, floats, samples, length_scale, network):
         self.cells, self.corners, self.features, self.floats, self.samples = cells, corners, features, floats, samples
         self.network = network
@@ -196,41 +198,33 @@ class Segment:
         return inputs + [index(single(total + 0.5), 127)]
 
 
-def read(file):
-    payloads = Payloads(file.sections["WGTS"])
-    mlps = []
-    for number, fields in enumerate(file.sections["MLPS"].records("If12IiIQQ")):
-        place = f"mlp {number}"
-        mlps.append(Mlp(fields, payloads.take(*fields[16:18], place), place))
-    payloads.finish()
+def read_mlp(number, fields, payloads):
+    place = f"mlp {number}"
+    return Mlp(fields, payloads.take(fields[16:20], place), place)
 
-    all_corners, all_features = (Payloads(file.sections[name]) for name in ("CORN", "FEAT"))
-    segments = []
-    for number, (item, fields) in enumerate(zip(file.having("network"), file.records("network", "4IfI2I4Q"))):
-        place = f"network {number}"
-        mlp, corners, floats, samples, length_scale, forms = fields[0:6]
-        cells = item.planes
-        require(mlp < len(mlps), place, f"mlp {mlp} of {len(mlps)}")
-        require_range(floats, 1, 8, place, "features_per_corner")
-        require(samples % 4 == 0 and 4 <= samples <= 32, place, f"samples is {samples}")
-        require(samples * (floats + 1) + 8 == mlps[mlp].inputs, place, "the network has another number of inputs")
-        require(length_scale >= 0 and length_scale - length_scale == 0, place, "length_scale is not finite and at least 0")
-        require(forms < 4, place, f"forms is {forms}")
-        reserved(fields[6:8], place)
-        of_corners, of_features = all_corners.take(*fields[8:10], place), all_features.take(*fields[10:12], place)
-        mixed = cells.grid.mixed_bricks
-        require(corners <= 64 * mixed, place, f"{corners} corners in {mixed} mixed bricks")
-        around, coded = forms & CORNERS_AROUND, forms & CODED_FEATURES
-        size = 0 if around else 12 * mixed
-        require(len(of_corners) == size, place, f"a payload of corners has {len(of_corners)} bytes, not {size}")
-        size = corners * floats
-        fits = len(of_features) < size if coded else len(of_features) == size
-        require(fits, place, f"a payload of features has {len(of_features)} bytes, uncoded {size}")
-        check_expansion(place, forms, 12 * mixed + corners * floats, len(of_corners) + len(of_features))
-        where = Corners(cells.occupancy, of_corners, around, place)
-        require(where.count == corners, place, f"corners is {corners}, but there are {where.count}")
-        vectors = _features(coded, corners, floats, of_features, place)
-        segments.append(Segment(cells, where, vectors, floats, samples, length_scale, mlps[mlp]))
-    all_corners.finish()
-    all_features.finish()
-    return segments
+
+def read(item, fields, payloads, mlps):
+    place = f"{item.place}: network"
+    mlp, corners, floats, samples, length_scale, forms = fields[0:6]
+    cells = item.planes
+    require(mlp < len(mlps), place, f"mlp {mlp} of {len(mlps)}")
+    require_range(floats, 1, 8, place, "features_per_corner")
+    require(samples % 4 == 0 and 4 <= samples <= 32, place, f"samples is {samples}")
+    require(samples * (floats + 1) + 8 == mlps[mlp].inputs, place, "the network has another number of inputs")
+    require(length_scale >= 0 and length_scale - length_scale == 0, place, "length_scale is not finite and at least 0")
+    require(forms < 4, place, f"forms is {forms}")
+    reserved(fields[6:8], place)
+    of_corners, of_features = payloads.take(fields[8:12], place), payloads.take(fields[12:16], place)
+    mixed = cells.grid.mixed_bricks
+    require(corners <= 64 * mixed, place, f"{corners} corners in {mixed} mixed bricks")
+    around, coded = forms & CORNERS_AROUND, forms & CODED_FEATURES
+    size = 0 if around else 12 * mixed
+    require(len(of_corners) == size, place, f"a payload of corners has {len(of_corners)} bytes, not {size}")
+    size = corners * floats
+    fits = len(of_features) < size if coded else len(of_features) == size
+    require(fits, place, f"a payload of features has {len(of_features)} bytes, uncoded {size}")
+    check_expansion(place, forms, 12 * mixed + corners * floats, len(of_corners) + len(of_features))
+    where = Corners(cells.occupancy, of_corners, around, place)
+    require(where.count == corners, place, f"corners is {corners}, but there are {where.count}")
+    vectors = _features(coded, corners, floats, of_features, place)
+    return Segment(cells, where, vectors, floats, samples, length_scale, mlps[mlp])

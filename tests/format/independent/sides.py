@@ -1,6 +1,6 @@
 """Which side each piece of space without triangles is on (docs/format.md, "Sides")."""
 
-from container import require
+from shell import require
 from grid import INSIDE, OUTSIDE, SURFACE, UNKNOWN
 
 

@@ -6,11 +6,13 @@ import math
 import struct
 
 from bvh import MAX
-from container import Payloads, require, require_aabb, require_range, reserved
+from container import require_aabb
 from hits import Hit, none
+from shell import PAYLOAD, Payloads, require, require_range, reserved
 from single import divide, index, largest, least, single
 
 LIMIT = 4096.0
+LAYOUT, PAIR_LAYOUT, PRIMARY_LAYOUT = "I3H4BH" + PAYLOAD, "If6I4I" + PAYLOAD, "IH2BIf3If4I" + PAYLOAD
 
 
 def values(data, count, half, place):
@@ -123,6 +125,8 @@ def angles(v):
 
 
 class Field:
+    proven = True
+
     def __init__(self, item, outer, inner, grids, distances):
         self.low, self.high = item.low, item.high
         self.outer, self.inner, self.grids, self.distances = outer, inner, grids, distances
@@ -194,45 +198,35 @@ class Field:
         return enter, leave
 
 
-def read(file):
-    records = file.sections["SPHR"].records("I3H4BHQQ")
-    objects = file.having("spherical")
-    require(len(records) == len(objects), "SPHR", "a record that belongs to no object")
-    payloads = Payloads(file.sections["SWGT"])
-    pairs = []
-    for number, fields in enumerate(file.sections["SNET"].records("If6I4IQQ")):
-        place = f"pair of spherical networks {number}"
-        require_range(fields[0], 0, 1, place, "half precision")
-        reserved(fields[8:12], place)
-        outer, inner = (Network(*fields[at : at + 3], fields[1], place) for at in (2, 5))
-        numbers = values(payloads.take(*fields[12:], place), outer.count() + inner.count(), fields[0], place)
-        numbers = iter(numbers)
-        outer.take(numbers)
-        inner.take(numbers)
-        pairs.append((outer, inner))
-    payloads.finish()
+def read_pair(number, fields, payloads):
+    place = f"pair of spherical networks {number}"
+    require_range(fields[0], 0, 1, place, "half precision")
+    reserved(fields[8:12], place)
+    outer, inner = (Network(*fields[at : at + 3], fields[1], place) for at in (2, 5))
+    numbers = values(payloads.take(fields[12:16], place), outer.count() + inner.count(), fields[0], place)
+    numbers = iter(numbers)
+    outer.take(numbers)
+    inner.take(numbers)
+    return outer, inner
 
-    payloads = Payloads(file.sections["GRID"])
-    fields = []
-    for number, (pair, *record) in enumerate(records):
-        place = f"spherical {number}"
-        r, f, half, zero = record[0:3], record[3:6], record[6], record[7]
-        require_aabb(objects[number])
-        require(pair < len(pairs), place, f"pair of networks {pair} of {len(pairs)}")
-        for resolution, floats in zip(r, f):
-            require_range(resolution, 2, 2048, place, "resolution")
-            require_range(floats, 1, 8, place, "floats of a latent vector")
-        require_range(half, 0, 1, place, "half precision")
-        reserved((zero,), place)
-        outer, inner = pairs[pair]
-        match = 2 * f[0] == outer.inputs and 2 * f[1] + f[2] == inner.inputs
-        require(match, place, "latent vectors do not match the networks")
-        shapes = [(r[0], r[0], f[0])] * 2 + [(r[1], r[1], f[1])] * 2 + [(r[2], 1, f[2])]
-        count = sum(rows * columns * floats for rows, columns, floats in shapes)
-        numbers = iter(values(payloads.take(*record[8:], place), count, half, place))
-        fields.append(Field(objects[number], outer, inner, [Grid(*shape, numbers) for shape in shapes], r[2]))
-    payloads.finish()
-    return fields
+
+def read(item, fields, payloads, pairs):
+    place = f"{item.place}: spherical"
+    pair, r, f, half, zero = fields[0], fields[1:4], fields[4:7], fields[7], fields[8]
+    require_aabb(item)
+    require(pair < len(pairs), place, f"pair of networks {pair} of {len(pairs)}")
+    for resolution, floats in zip(r, f):
+        require_range(resolution, 2, 2048, place, "resolution")
+        require_range(floats, 1, 8, place, "floats of a latent vector")
+    require_range(half, 0, 1, place, "half precision")
+    reserved((zero,), place)
+    outer, inner = pairs[pair]
+    match = 2 * f[0] == outer.inputs and 2 * f[1] + f[2] == inner.inputs
+    require(match, place, "latent vectors do not match the networks")
+    shapes = [(r[0], r[0], f[0])] * 2 + [(r[1], r[1], f[1])] * 2 + [(r[2], 1, f[2])]
+    count = sum(rows * columns * floats for rows, columns, floats in shapes)
+    numbers = iter(values(payloads.take(fields[9:13], place), count, half, place))
+    return Field(item, outer, inner, [Grid(*shape, numbers) for shape in shapes], r[2])
 
 
 def read_primary(file):
@@ -241,13 +235,13 @@ def read_primary(file):
         return
     payloads = Payloads(file.sections["PVAL"])
     last = -1
-    records = file.sections["PRIM"].records("IH2BIf3If4IQQ")
-    require(records, "PRIM", "no record")
-    for number, fields in enumerate(records):
+    for number, fields in enumerate(file.sections["PRIM"].records(PRIMARY_LAYOUT)):
         item, resolution, floats, half_grids, half, slope, inputs, width, hidden, margin, *rest = fields
         place = f"field for primary rays {number}"
         require(last < item < len(file.objects), place, f"object {item}")
         last = item
+        if file.objects[item].unsupported:
+            continue
         require_range(resolution, 2, 2048, place, "resolution")
         require_range(floats, 1, 8, place, "floats of a latent vector")
         require_range(half_grids, 0, 1, place, "half precision of grids")
@@ -257,9 +251,8 @@ def read_primary(file):
         require_aabb(file.objects[item])
         network = Network(inputs, width, hidden, slope, place)
         require(inputs == 2 * floats, place, "latent vectors do not match the network")
-        data = payloads.take(*rest[4:], place)
+        data = payloads.take(rest[4:], place)
         grid = 2 * resolution * resolution * floats
         size = grid * (2 if half_grids else 4)
         values(data[:size], grid, half_grids, place)
         values(data[size:], network.count() + 4 * width, half, place)
-    payloads.finish()
