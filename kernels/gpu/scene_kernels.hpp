@@ -38,7 +38,11 @@ template <uint32_t kKinds, bool kDetails, class Thread>
 NIF_HOST_DEVICE ObjectAnswer ask_instance(const Thread& thread, const SceneArrays& scene,
                                           const PlacedInstance& instance, const Segment& ray, uint32_t* row) {
   const SceneObject& object = scene.objects[instance.object];
-  if (instance.identity) return ask_object<kKinds>(thread, object, ray, row);
+  if (instance.identity) {
+    ObjectAnswer answer = ask_object<kKinds>(thread, object, ray, row);
+    if (kDetails && instance.unproven) answer.certain = false;
+    return answer;
+  }
   const Segment local = to_object(instance.to_object, ray);
   ObjectAnswer answer = ask_object<kKinds>(thread, object, local, row);
   to_world<kDetails>(instance, object.reach_scale, ray, local, answer);
@@ -60,7 +64,7 @@ NIF_HOST_DEVICE NIF_LONG_INLINE SceneAnswer ask_scene(const Thread& thread, cons
   SceneAnswer result;
   BoxRay prepared;
   SceneWay way;
-  if (!start_way(scene, ray, prepared, way, result)) return result;
+  if (!start_way(scene, ray, is_doubted(scene, query, number), prepared, way, result)) return result;
   const auto ask = [&](uint32_t instance, ObjectAnswer& answer) {
     answer = ask_instance<kKinds, kDetails>(thread, scene, scene.instances[instance], ray, row);
     return true;

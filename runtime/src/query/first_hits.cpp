@@ -63,18 +63,13 @@ void intersect_sole_instance(const NifSceneObject& scene, bool masked, WorkArea&
   const PlacedObject& object = scene.objects[instance.object];
   const uint32_t count = area.rays.count;
   std::fill_n(area.hit_limit, count, kNoHit);
-  if (instance.identity) {
-    object.kernel->intersect(area.rays, area.hit_limit, area.hits, area.kernel_scratch);
-  } else {
-    transform_batch(instance, area.rays, area.object_rays);
-    object.kernel->intersect(area.object_rays, area.hit_limit, area.hits, area.kernel_scratch);
-    for (uint32_t i = 0; i < count; ++i) {
-      if (stays_certain(instance, object.reach_scale, segment_of(area.rays, i),
-                        segment_of(area.object_rays, i)))
-        continue;
-      area.hits.low[i] = -kNoHit;
-      area.hits.high[i] = kNoHit;
-    }
+  if (!instance.identity) transform_batch(instance, area.rays, area.object_rays);
+  const kernels::SegmentBatch& rays = instance.identity ? area.rays : area.object_rays;
+  object.kernel->intersect(rays, area.hit_limit, area.hits, area.kernel_scratch);
+  for (uint32_t i = 0; i < count && (!instance.identity || instance.unproven); ++i) {
+    if (stays_certain(instance, object.reach_scale, segment_of(area.rays, i), segment_of(rays, i))) continue;
+    area.hits.low[i] = -kNoHit;
+    area.hits.high[i] = kNoHit;
   }
   for (uint32_t i = 0; i < count; ++i)
     area.hit_instance[i] = area.hits.t[i] < kNoHit ? scene.sole : kNoInstance;
@@ -89,7 +84,7 @@ void intersect_sole_instance(const NifSceneObject& scene, bool masked, WorkArea&
 void intersect_in_rounds(const NifSceneObject& scene, bool masked, WorkArea& area) {
   const uint32_t active = start_rays(scene, area, [&](uint32_t i, bool certain) {
     SceneHit hit;
-    if (!certain) kernels::forget_proof(hit);
+    if (!certain || is_doubted(scene, masked, area, i)) kernels::forget_proof(hit);
     set_scene_hit(area, i, hit);
   });
   go_in_rounds(

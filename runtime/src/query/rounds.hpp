@@ -40,6 +40,12 @@ uint32_t start_rays(const NifSceneObject& scene, WorkArea& area, const Begin& be
   return active;
 }
 
+/// May a ray meet an instance whose file proves nothing, by their masks? Then it is not certain that nothing
+/// blocks it, even if it misses all boxes.
+inline bool is_doubted(const NifSceneObject& scene, bool masked, const WorkArea& area, uint32_t i) {
+  return (masked ? scene.unproven & area.mask[i] : scene.unproven) != 0;
+}
+
 /// Calls exclude(ray, certain) for each ray whose mask does not match the sole instance's: it sees an empty
 /// scene. certain: as in start_rays().
 template <class Exclude>

@@ -25,7 +25,7 @@ void ask_kernel(const PlacedObject& object, const Wanted& wanted, const SegmentB
     object.kernel->answer(rays, answers, area.kernel_scratch);
 }
 
-/// Withdraws a proof that the instance's transform does not allow: then the whole ray is open.
+/// Withdraws a proof that the instance's transform does not allow, or its file: then the whole ray is open.
 void keep_certain(const Instance& instance, const PlacedObject& object, const Wanted& wanted,
                   const Segment& world, const Segment& local, uint32_t i, kernels::AnswerBatch& answers,
                   kernels::OpenBatch& open) {
@@ -40,16 +40,13 @@ void answer_sole_instance(const NifSceneObject& scene, bool masked, const Wanted
   const Instance& instance = scene.instances[scene.sole];
   const PlacedObject& object = scene.objects[instance.object];
   const uint32_t count = area.rays.count;
-  if (instance.identity) {
-    ask_kernel(object, wanted, area.rays, area.answers, area.open, area);
-  } else {
-    transform_batch(instance, area.rays, area.object_rays);
-    ask_kernel(object, wanted, area.object_rays, area.answers, area.open, area);
-    if (wanted.details)
-      for (uint32_t i = 0; i < count; ++i)
-        keep_certain(instance, object, wanted, segment_of(area.rays, i), segment_of(area.object_rays, i), i,
-                     area.answers, area.open);
-  }
+  if (!instance.identity) transform_batch(instance, area.rays, area.object_rays);
+  const SegmentBatch& rays = instance.identity ? area.rays : area.object_rays;
+  ask_kernel(object, wanted, rays, area.answers, area.open, area);
+  if (wanted.details && (!instance.identity || instance.unproven))
+    for (uint32_t i = 0; i < count; ++i)
+      keep_certain(instance, object, wanted, segment_of(area.rays, i), segment_of(rays, i), i, area.answers,
+                   area.open);
   if (masked)
     exclude_by_mask(instance, area, [&](uint32_t i, bool certain) {
       area.answers.logit[i] = kernels::kCertainLogit;
@@ -108,6 +105,12 @@ void answer_in_rounds(const NifSceneObject& scene, bool masked, const Wanted& wa
       area.open.begin[i] = std::numeric_limits<float>::infinity();
       area.open.end[i] = -std::numeric_limits<float>::infinity();
     }
+    if (!is_doubted(scene, masked, area, i)) return;
+    if (wanted.details) area.combined[i].add(kernels::kCertainLogit, false, {}, false);
+    if (!wanted.open) return;
+    area.open.begin[i] = area.rays.tmin[i];
+    area.open.end[i] = area.rays.tmax[i];
+    area.open_instance[i] = kernels::kNoInstance;
   });
   go_in_rounds(
       scene, masked, area, active, [&](uint32_t i) { return TraversalRay(area, i); },
