@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <optional>
 
 #include "formats/nif/crc32c.hpp"
 
@@ -19,14 +20,34 @@ bool starts_with(std::span<const std::byte> bytes, std::string_view text) {
 
 std::string at_byte(uint64_t offset) { return "byte " + std::to_string(offset); }
 
+/// The two digits of an identifier of ours, if they are others; nothing for all other bytes.
+std::optional<std::string> other_version(std::span<const std::byte> start) {
+  if (start.size() < sizeof(kIdentifier)) return std::nullopt;
+  std::string digits;
+  for (size_t i = 0; i < sizeof(kIdentifier); ++i) {
+    const char c = static_cast<char>(start[i]);
+    if (i == 5 || i == 6) {
+      if (c < '0' || c > '9') return std::nullopt;
+      digits += c;
+    } else if (start[i] != std::byte(kIdentifier[i])) {
+      return std::nullopt;
+    }
+  }
+  return digits;
+}
+
 /// Reports in which way a file is not a .nif file.
 void check_identifier(std::span<const std::byte> start, std::string_view file) {
   if (start.empty()) refuse(Rule::empty_file, file, "");
   const std::string_view ours(reinterpret_cast<const char*>(kIdentifier), sizeof(kIdentifier));
   if (starts_with(start, ours)) return;
-  if (starts_with(start, std::string_view(reinterpret_cast<const char*>(kOldIdentifier), ours.size())))
+  if (const auto digits = other_version(start))
     refuse(Rule::other_version, file, "header",
-           "format version 1 or an experimental version 2, which are no longer read; bake the mesh again");
+           *digits == "10"
+               ? "format version 1 or an experimental version 2, which are no longer read; bake the "
+                 "mesh again"
+               : "format version " + digits->substr(0, 1) + "." + digits->substr(1) +
+                     "; this build reads version 2.0");
   for (std::string_view engine : {"NetImmerse File Format", "Gamebryo File Format"})
     if (starts_with(start, engine)) refuse(Rule::foreign_file, file, "");
   if (start.size() < ours.size() &&

@@ -10,11 +10,8 @@ namespace nif::format {
 
 /// As in PNG and KTX2: a byte over 127 exposes a 7-bit transfer, CR LF and LF expose text-mode conversion,
 /// and Ctrl-Z stops a careless `type`. It also differs from NetImmerse/Gamebryo files, which start with plain
-/// text.
+/// text. The digits say the version.
 inline constexpr uint8_t kIdentifier[12] = {0xAB, 'N', 'I', 'F', ' ', '2', '0', 0xBB, '\r', '\n', 0x1A, '\n'};
-/// Of files of version 1 and of an experimental version 2.
-inline constexpr uint8_t kOldIdentifier[12] = {0xAB, 'N',  'I',  'F',  ' ',  '1',
-                                               '0',  0xBB, '\r', '\n', 0x1A, '\n'};
 inline constexpr uint32_t kVersion = 2;
 /// The latest revision of docs/answers.md that this build knows; it answers files of earlier ones as they were
 /// meant.

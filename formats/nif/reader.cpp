@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <string>
 
 #include "formats/base/utf8.hpp"
@@ -255,8 +256,8 @@ class Reader {
     place.require(all_finite(record.linear), Rule::transform_not_finite);
     for (size_t a = 0; a < 3; ++a) {
       const double exact = record.translation[a];
+      place.require(std::abs(exact) <= double(std::numeric_limits<float>::max()), Rule::transform_not_finite);
       const auto rounded = static_cast<float>(exact);
-      place.require(std::isfinite(rounded), Rule::transform_not_finite);
       const double remainder = exact - double(rounded);
       view.remainder[a] = static_cast<float>(remainder);
       place.require(double(view.remainder[a]) == remainder, Rule::translation_sum);

@@ -79,8 +79,7 @@ NIF_HOST_DEVICE NIF_LONG_INLINE ProvenRay prove_scene(const Thread& thread, cons
   ProvenRay proven;
   BoxRay prepared;
   SceneWay way;
-  const bool doubted = is_doubted(scene, query, number),
-             has_way = start_way(scene, ray, doubted, prepared, way, proven.answer);
+  const bool has_way = start_way(scene, ray, prepared, way, proven.answer);
   const bool alone = scene.instance_count == 1 && meets(scene.sole);
   proven.instance = scene.sole;
   if (alone) {
@@ -90,10 +89,8 @@ NIF_HOST_DEVICE NIF_LONG_INLINE ProvenRay prove_scene(const Thread& thread, cons
   } else if (has_way) {
     const float infinity = bits_as<float>(0x7f800000u);
     proven.open = {infinity, -infinity};
-    if (doubted) {
-      proven.open = all_of(ray);
-      proven.instance = kNoInstance;
-    }
+    if (scene.unproven) proven.open = all_of(ray);
+    proven.instance = kNoInstance;
     const auto ask = [&](uint32_t instance, ObjectAnswer& answer) {
       OpenInterval open;
       answer = prove_instance(thread, scene, scene.instances[instance], ray, row, open);

@@ -84,7 +84,7 @@ NIF_HOST_DEVICE bool walk_on(const PipelineWork& work, uint32_t at, uint32_t* co
     done = join_answer<kDetails>({work.before.logit[at], false}, scene.objects[asked.object].calibration,
                                  with_probability, way, result);
   } else {
-    done = !start_way(scene, ray, is_doubted(scene, query, number), prepared, way, result);
+    done = !start_way(scene, ray, prepared, way, result);
   }
   const auto ask = [&](uint32_t instance, ObjectAnswer& answer) {
     return walk_instance<kKinds, kDetails>(scene, instance, ray, column, item, answer);

@@ -36,7 +36,7 @@ struct SceneArrays {
   const SceneObject* objects;
   uint32_t instance_count;  ///< instances that rays can meet: 0, 1, or more
   uint32_t sole;            ///< the instance, if there is 1
-  uint32_t unproven;        ///< the masks of instances, together, whose files prove nothing
+  uint32_t unproven;        ///< 1: rays can meet an instance whose file proves nothing
   SceneLayout layout;
 };
 
@@ -93,13 +93,6 @@ NIF_HOST_DEVICE inline Segment load_ray(const SceneQuery& query, uint32_t i) {
 NIF_HOST_DEVICE NIF_INLINE bool lets_in(const SceneArrays& scene, const SceneQuery& query, uint32_t i,
                                         uint32_t instance) {
   return !query.mask || (scene.instances[instance].mask & load_unaligned(query.mask + i * query.mask_stride));
-}
-
-/// May ray i meet an instance whose file proves nothing, by their masks? Then it is not certain that nothing
-/// blocks it, even if it misses all boxes.
-NIF_HOST_DEVICE NIF_INLINE bool is_doubted(const SceneArrays& scene, const SceneQuery& query, uint32_t i) {
-  if (scene.unproven == 0) return false;
-  return !query.mask || (scene.unproven & load_unaligned(query.mask + i * query.mask_stride)) != 0;
 }
 
 /// A ray's answer, with the outputs of NifAnswers.

@@ -64,7 +64,7 @@ NIF_HOST_DEVICE NIF_LONG_INLINE SceneAnswer ask_scene(const Thread& thread, cons
   SceneAnswer result;
   BoxRay prepared;
   SceneWay way;
-  if (!start_way(scene, ray, is_doubted(scene, query, number), prepared, way, result)) return result;
+  if (!start_way(scene, ray, prepared, way, result)) return result;
   const auto ask = [&](uint32_t instance, ObjectAnswer& answer) {
     answer = ask_instance<kKinds, kDetails>(thread, scene, scene.instances[instance], ray, row);
     return true;

@@ -58,13 +58,13 @@ NIF_HOST_DEVICE NIF_INLINE bool follow_scene(const SceneArrays& scene, const Seg
 }
 
 /// Starts a ray. Returns false if there is nothing to ask: then `result` is complete. Not for scenes of one
-/// instance: a sole instance is queried whether or not its box is met, and even for invalid rays. `doubted`:
-/// see is_doubted().
-NIF_HOST_DEVICE inline bool start_way(const SceneArrays& scene, const Segment& ray, bool doubted,
-                                      BoxRay& prepared, SceneWay& way, SceneAnswer& result) {
+/// instance: a sole instance is queried whether or not its box is met, and even for invalid rays.
+NIF_HOST_DEVICE inline bool start_way(const SceneArrays& scene, const Segment& ray, BoxRay& prepared,
+                                      SceneWay& way, SceneAnswer& result) {
   const bool askable = prepare_box_ray(ray, prepared);
-  result.certain = (askable || ray.tmin > ray.tmax) && !doubted;
-  if (doubted) way.combined.add(kCertainLogit, false, {}, false);
+  result.certain = (askable || ray.tmin > ray.tmax) && !scene.unproven;
+  // No ray is certain to miss what nothing proves, not even if it misses all boxes.
+  if (scene.unproven) way.combined.add(kCertainLogit, false, {}, false);
   if (!askable || scene.instance_count == 0) return false;
   way.cursor = {children_met(scene.nodes[0], ray, prepared), 0};
   return true;

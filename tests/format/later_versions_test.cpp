@@ -54,14 +54,18 @@ Bytes text(std::string_view words) {
 
 TEST(LaterVersions, OldFilesAreUnsupported) {
   Bytes old = good();
-  std::memcpy(old.data(), format::kOldIdentifier, sizeof(format::kOldIdentifier));
-  fix_checksums(old);
+  old[5] = std::byte{'1'};
   EXPECT_EQ(outcome_of(old).status, Status::unsupported_nif);
   EXPECT_EQ(
       outcome_of(old).sentence,
       "x.nif: header: format version 1 or an experimental version 2, which are no longer read; bake the "
       "mesh again");
   EXPECT_EQ(outcome_of(std::span(old).first(20)).status, Status::unsupported_nif);
+  old[5] = std::byte{'3'};
+  old[6] = std::byte{'7'};
+  EXPECT_EQ(outcome_of(old).sentence, "x.nif: header: format version 3.7; this build reads version 2.0");
+  old[6] = std::byte{'x'};
+  EXPECT_EQ(status_of(old), Status::damaged_nif);
 }
 
 TEST(LaterVersions, ArithmeticMustBeKnownAndProversNeedNot) {

@@ -537,8 +537,8 @@ typedef struct NifAnswers {
   float* probability;
   /* [count] 1: the answer is proven, not learned. Occluded is certain if one instance certainly blocks the
    * ray; visible is certain if every instance certainly does not. Nothing is certain of an asset that proves
-   * nothing (NifAssetInfo.proves): if the scene has an instance of one that the ray's mask lets it meet, the
-   * ray is not certainly visible. Nothing is certain for a ray that starts
+   * nothing (NifAssetInfo.proves): if the scene has an instance of one that is not disabled, no ray is
+   * certainly visible. Nothing is certain for a ray that starts
    * too far from an object, or whose transform is too skewed, for a proof in single precision. In a scene of
    * several instances, an instance whose box the ray misses certainly does not block it, at any distance.
    * If an instance's transform is not the identity, the answer of its `bvh` or `exact` object holds for a ray

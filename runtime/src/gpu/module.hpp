@@ -82,7 +82,7 @@ struct GpuSceneView {
   const GpuPlacedObject* objects;
   uint64_t node_count, instance_count, object_count;
   uint32_t sole;          ///< the only instance that rays can meet, or kernels::kNoInstance
-  uint32_t unproven = 0;  ///< the masks of instances, together, whose files prove nothing
+  uint32_t unproven = 0;  ///< 1: rays can meet an instance whose file proves nothing
 };
 
 struct GpuModule {

@@ -74,7 +74,7 @@ void intersect_sole_instance(const NifSceneObject& scene, bool masked, WorkArea&
   for (uint32_t i = 0; i < count; ++i)
     area.hit_instance[i] = area.hits.t[i] < kNoHit ? scene.sole : kNoInstance;
   if (masked)
-    exclude_by_mask(instance, area, [&](uint32_t i, bool certain) {
+    exclude_by_mask(scene, area, [&](uint32_t i, bool certain) {
       SceneHit none;
       if (!certain) kernels::forget_proof(none);
       set_scene_hit(area, i, none);
@@ -84,7 +84,7 @@ void intersect_sole_instance(const NifSceneObject& scene, bool masked, WorkArea&
 void intersect_in_rounds(const NifSceneObject& scene, bool masked, WorkArea& area) {
   const uint32_t active = start_rays(scene, area, [&](uint32_t i, bool certain) {
     SceneHit hit;
-    if (!certain || is_doubted(scene, masked, area, i)) kernels::forget_proof(hit);
+    if (!certain) kernels::forget_proof(hit);
     set_scene_hit(area, i, hit);
   });
   go_in_rounds(

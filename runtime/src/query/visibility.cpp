@@ -48,7 +48,7 @@ void answer_sole_instance(const NifSceneObject& scene, bool masked, const Wanted
       keep_certain(instance, object, wanted, segment_of(area.rays, i), segment_of(rays, i), i, area.answers,
                    area.open);
   if (masked)
-    exclude_by_mask(instance, area, [&](uint32_t i, bool certain) {
+    exclude_by_mask(scene, area, [&](uint32_t i, bool certain) {
       area.answers.logit[i] = kernels::kCertainLogit;
       area.answers.certain[i] = certain;
     });
@@ -99,17 +99,12 @@ void finish_details(const Wanted& wanted, WorkArea& area) {
 void answer_in_rounds(const NifSceneObject& scene, bool masked, const Wanted& wanted, WorkArea& area) {
   const uint32_t active = start_rays(scene, area, [&](uint32_t i, bool certain) {
     area.answers.logit[i] = kernels::kCertainLogit;
-    area.answers.certain[i] = certain;
+    area.answers.certain[i] = certain || scene.unproven;
     if (wanted.details) area.combined[i] = {};
-    if (wanted.open) {
-      area.open.begin[i] = std::numeric_limits<float>::infinity();
-      area.open.end[i] = -std::numeric_limits<float>::infinity();
-    }
-    if (!is_doubted(scene, masked, area, i)) return;
-    if (wanted.details) area.combined[i].add(kernels::kCertainLogit, false, {}, false);
+    if (wanted.details && scene.unproven) area.combined[i].add(kernels::kCertainLogit, false, {}, false);
     if (!wanted.open) return;
-    area.open.begin[i] = area.rays.tmin[i];
-    area.open.end[i] = area.rays.tmax[i];
+    area.open.begin[i] = scene.unproven ? area.rays.tmin[i] : std::numeric_limits<float>::infinity();
+    area.open.end[i] = scene.unproven ? area.rays.tmax[i] : -std::numeric_limits<float>::infinity();
     area.open_instance[i] = kernels::kNoInstance;
   });
   go_in_rounds(

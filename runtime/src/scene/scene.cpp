@@ -248,9 +248,9 @@ void commit_instances(NifSceneObject& scene) {
   }
   scene.bounds = scene.hierarchy.bounds();
   scene.sole = find_sole(scene);
-  scene.unproven = 0;
+  scene.unproven = false;
   for (size_t i = 0; i < scene.instances.size(); ++i)
-    if (scene.instances[i].unproven && scene.settings[i].awake()) scene.unproven |= scene.settings[i].mask;
+    scene.unproven = scene.unproven || (scene.instances[i].unproven && scene.settings[i].awake());
   scene.committed = true;
 }
 
