@@ -7,13 +7,8 @@
 namespace nif::test {
 namespace {
 
-constexpr RandomAssetOptions kAllEncodings{.objects = 2,
-                                           .instances = 0,
-                                           .max_voxels = 10,
-                                           .bvhs = 1,
-                                           .sphericals = 1,
-                                           .exacts = 1,
-                                           .proofs = 1};
+constexpr RandomAssetOptions kAllEncodings{
+    .objects = 2, .instances = 0, .max_voxels = 10, .bvhs = 1, .sphericals = 1, .exacts = 1, .proofs = 1};
 
 class GpuProvers : public GpuModuleTest, public testing::WithParamInterface<uint32_t> {
  protected:

@@ -10,13 +10,8 @@
 namespace nif::test {
 namespace {
 
-constexpr RandomAssetOptions kAllEncodings{.objects = 2,
-                                           .instances = 0,
-                                           .max_voxels = 10,
-                                           .bvhs = 2,
-                                           .sphericals = 1,
-                                           .exacts = 2,
-                                           .proofs = 1};
+constexpr RandomAssetOptions kAllEncodings{
+    .objects = 2, .instances = 0, .max_voxels = 10, .bvhs = 2, .sphericals = 1, .exacts = 2, .proofs = 1};
 constexpr std::array<float, 12> kMoved{0.9f, 0.1f, 0, 0.1f, 0, -1.1f, 0.2f, 0, 0.1f, 0, 1, -0.1f};
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
@@ -155,9 +150,8 @@ TEST_F(Provers, OfObjectsThatCannotBeAnswered) {
                                                        info.name +
                                                        "') deforms, which this build does not know");
       NifSceneInfo about = nifkit::sized<NifSceneInfo>();
-      const bool placed = std::ranges::any_of(view_->instances, [&](const format::InstanceView& instance) {
-        return instance.object == broken;
-      });
+      const bool placed = std::ranges::any_of(
+          view_->instances, [&](const format::InstanceView& instance) { return instance.object == broken; });
       EXPECT_EQ(nifAddAsset(scene, asset, nullptr, nullptr, nullptr),
                 placed ? NIF_ERROR_UNSUPPORTED_NIF : NIF_OK);
       ASSERT_EQ(nifGetSceneInfo(scene, &about), NIF_OK);
