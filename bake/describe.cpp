@@ -55,11 +55,15 @@ std::string summary(const format::NetworkView& view) {
   return fmt::format("{} corners{}", view.field.corners, leans);
 }
 
+const char* encoding_name(const format::ObjectView& object) {
+  return object.unsupported ? "unsupported" : format::encoding_of(object).name;
+}
+
 }  // namespace
 
 nlohmann::ordered_json describe(const format::ObjectView& object) {
   nlohmann::ordered_json json{{"name", object.name},
-                              {"encoding", format::encoding_of(object).name},
+                              {"encoding", encoding_name(object)},
                               {"triangles", object.triangle_count},
                               {"bounds", {object.aabb_min, object.aabb_max}},
                               {"bias", object.bias}};
@@ -75,7 +79,8 @@ nlohmann::ordered_json describe(const format::ObjectView& object) {
 }
 
 std::string summary(const format::ObjectView& object) {
-  std::string text = format::encoding_of(object).name;
+  if (object.unsupported) return std::string("unsupported: it ") + object.unsupported;
+  std::string text = encoding_name(object);
   format::for_each_part([&](auto part) {
     if (part.of(object)) text += ", " + summary(*part.of(object));
   });

@@ -2,7 +2,6 @@
 // no encoding, and bake/encodings.
 #pragma once
 
-#include <algorithm>
 #include <atomic>
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
@@ -17,12 +16,10 @@
 
 namespace nif::bake {
 
-/// Bytes of an object's sections with the payloads of a part: all but the records.
-template <class Part>
-uint64_t payload_bytes(const format::SectionBytes& sections) {
+/// Bytes of the payloads of an object's parts, and of what they share.
+inline uint64_t payload_bytes(const format::SectionBytes& sections) {
   uint64_t sum = 0;
-  for (const auto& [type, bytes] : sections)
-    if (std::ranges::find(Part::kPayloads, type) != std::end(Part::kPayloads)) sum += bytes;
+  for (const auto& [type, bytes] : sections) sum += type == format::kData ? bytes : 0;
   return sum;
 }
 

@@ -73,8 +73,8 @@ uint64_t lay_out_triangles(const Prepared& prepared, const BakeOptions& options,
   numbers.insert(numbers.end(), surface.sliver_numbers.begin(), surface.sliver_numbers.end());
   for (uint32_t& triangle : order) triangle = numbers[triangle];
   const auto triangles = uint32_t(prepared.source->triangles.size());
-  bytes += format::source_bytes(order.size(), triangles);
-  object.source_triangles = {triangles, std::move(order)};
+  bytes += format::numbers_bytes(order.size(), triangles);
+  object.numbers[format::kSourceTriangles] = {triangles, std::move(order)};
   return bytes;
 }
 

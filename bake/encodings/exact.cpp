@@ -43,7 +43,8 @@ class ExactEncoder final : public Encoder {
     form.scale =
         fit_proof(prepared, shape_, scale, bounded, options_, form.object().name, planes, report, [&] {
           form.sections = format::section_bytes(form.alone);
-          return form.cost.bytes = payload_bytes<format::PlanesPart>(form.sections);
+          return form.cost.bytes =
+                     payload_bytes(form.sections) - format::aligned(form.object().triangles->bytes());
         });
     form.report = report;
     form.cost.bytes += tree_bytes;

@@ -71,7 +71,7 @@ class ProofEncoder final : public Encoder {
  private:
   static uint64_t count(Form& form) {
     form.sections = format::section_bytes(form.alone);
-    return form.cost.bytes = payload_bytes<format::PlanesPart>(form.sections);
+    return form.cost.bytes = payload_bytes(form.sections);
   }
 
   const BakeOptions& options_;

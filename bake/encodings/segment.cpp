@@ -135,8 +135,7 @@ class SegmentEncoder final : public Encoder {
     planes.coded = format::kCodedPlanes;
     network.coded = format::kCornersAround;
     form.sections = format::section_bytes(form.alone);
-    form.cost.bytes =
-        payload_bytes<format::PlanesPart>(form.sections) + payload_bytes<format::NetworkPart>(form.sections);
+    form.cost.bytes = payload_bytes(form.sections);
     if (!options_.uncoded) return;
     planes.coded = network.coded = 0;
     form.sections = format::section_bytes(form.alone);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <optional>
 
 #include "formats/nif/crc32c.hpp"
 
@@ -19,11 +20,34 @@ bool starts_with(std::span<const std::byte> bytes, std::string_view text) {
 
 std::string at_byte(uint64_t offset) { return "byte " + std::to_string(offset); }
 
+/// The two digits of an identifier of ours, if they are others; nothing for all other bytes.
+std::optional<std::string> other_version(std::span<const std::byte> start) {
+  if (start.size() < sizeof(kIdentifier)) return std::nullopt;
+  std::string digits;
+  for (size_t i = 0; i < sizeof(kIdentifier); ++i) {
+    const char c = static_cast<char>(start[i]);
+    if (i == 5 || i == 6) {
+      if (c < '0' || c > '9') return std::nullopt;
+      digits += c;
+    } else if (start[i] != std::byte(kIdentifier[i])) {
+      return std::nullopt;
+    }
+  }
+  return digits;
+}
+
 /// Reports in which way a file is not a .nif file.
 void check_identifier(std::span<const std::byte> start, std::string_view file) {
   if (start.empty()) refuse(Rule::empty_file, file, "");
   const std::string_view ours(reinterpret_cast<const char*>(kIdentifier), sizeof(kIdentifier));
   if (starts_with(start, ours)) return;
+  if (const auto digits = other_version(start))
+    refuse(Rule::other_version, file, "header",
+           *digits == "10"
+               ? "format version 1 or an experimental version 2, which are no longer read; bake the "
+                 "mesh again"
+               : "format version " + digits->substr(0, 1) + "." + digits->substr(1) +
+                     "; this build reads version 2.0");
   for (std::string_view engine : {"NetImmerse File Format", "Gamebryo File Format"})
     if (starts_with(start, engine)) refuse(Rule::foreign_file, file, "");
   if (start.size() < ours.size() &&
@@ -81,8 +105,12 @@ Header check_header(std::span<const std::byte> start, uint64_t file_bytes, std::
     refuse(Rule::other_version, file, "header",
            "format version " + std::to_string(header.version) + "; this build reads version " +
                std::to_string(kVersion));
-  if ((header.flags & ~uint32_t{kPlacesNothing}) != 0 ||
-      std::any_of(std::begin(header.reserved), std::end(header.reserved), [](uint32_t r) { return r != 0; }))
+  if (header.arithmetic == 0 || header.arithmetic > kArithmetic)
+    refuse(Rule::unknown_arithmetic, file, "header",
+           "is to be answered by revision " + std::to_string(header.arithmetic) +
+               " of the arithmetic; this build knows revisions 1 to " + std::to_string(kArithmetic));
+  if (unknown_flags(header.flags, kPlacesNothing) != 0) refuse(Rule::unknown_flags, file, "header");
+  if (std::any_of(std::begin(header.reserved), std::end(header.reserved), [](uint32_t r) { return r != 0; }))
     refuse(Rule::reserved_not_zero, file, "header");
   if (header.section_count == 0 || header.section_count > kMaxSections)
     refuse(Rule::section_count, file, "header",
@@ -113,7 +141,7 @@ std::pmr::vector<SectionView> open_container(std::span<const std::byte> bytes, s
     std::memcpy(&entry, table.data() + i * sizeof(entry), sizeof(entry));
     const std::string place = "section " + section_name(entry.type) + " (entry " + std::to_string(i) + ")";
     const auto damaged = [&](Rule rule, const std::string& what = {}) { refuse(rule, file, place, what); };
-    if (entry.reserved != 0 || (entry.flags & ~uint32_t{kRequired}) != 0) damaged(Rule::reserved_bits);
+    if (unknown_flags(entry.flags, kSectionFlags) != 0) damaged(Rule::unknown_flags);
     // `end` is at most the file's size, so aligned() cannot wrap; nor can the sum, once the offset is right.
     if (entry.offset != aligned(end))
       damaged(Rule::section_place,
@@ -125,10 +153,17 @@ std::pmr::vector<SectionView> open_container(std::span<const std::byte> bytes, s
     check_padding(bytes, end, offset, file);
     end = offset + size;
     const auto content = bytes.subspan(offset, size);
-    if (crc32c(content) != entry.crc) damaged(Rule::section_checksum);
+    if ((entry.flags & kPayloads) == 0) {
+      if (crc32c(content) != entry.crc) damaged(Rule::section_checksum);
+    } else if (entry.crc != 0) {
+      damaged(Rule::payloads_checksum);
+    }
+    if (entry.record_size != 0 && (entry.record_size % 8 != 0 || size % entry.record_size != 0))
+      damaged(Rule::record_size, std::to_string(size) + " bytes are no whole number of records of " +
+                                     std::to_string(entry.record_size));
     for (const SectionView& other : sections)
       if (other.type == entry.type) damaged(Rule::section_twice);
-    sections.push_back({entry.type, entry.flags, entry.offset, content});
+    sections.push_back({entry.type, entry.flags, entry.record_size, entry.offset, content});
   }
   if (end != bytes.size())
     refuse(Rule::bytes_of_no_section, file, at_byte(end),

@@ -19,6 +19,7 @@ namespace nif::format {
 struct SectionView {
   uint32_t type = 0;
   uint32_t flags = 0;
+  uint32_t record_size = 0;
   uint64_t offset = 0;  ///< from the start of the file
   std::span<const std::byte> bytes;
 };
@@ -34,8 +35,9 @@ std::string section_name(uint32_t type);
 /// calls this before it allocates memory for the rest.
 Header check_header(std::span<const std::byte> start, uint64_t file_bytes, std::string_view file);
 
-/// Checks identifier, version, lengths, order, padding and all checksums of a whole file. Every byte of it is
-/// then known to be in the header, in the table, in exactly one section, or a padding zero.
+/// Checks identifier, version, lengths, order, padding and checksums of a whole file. Every byte of it is then
+/// known to be in the header, in the table, in exactly one section, or a padding zero. Checksums of payloads
+/// are left to whoever reads them.
 std::pmr::vector<SectionView> open_container(std::span<const std::byte> bytes, std::string_view file,
                                              std::pmr::memory_resource* memory);
 

@@ -3,16 +3,21 @@
 //
 // Each structure in the list is in formats/nif/<part>/part.hpp and has
 // - kName: the part's name in texts;
-// - kSections: the types of its sections, that of the records first. If any object has the part, a file has
-//   all of them, else none; kPayloads: those of them that hold payloads;
+// - Record, and kRecords: the type of the section of its records. If any object has the part, a file has the
+//   section, else not;
 // - Data: the part of one object, in memory that it owns;
 // - View: the part of one object, as views into a file: `field`, ready to be queried; parts(), its bytes as
 //   an array of PartBytes; drop_bytes(), called when the file's bytes go;
-// - Reader: made from the sections, the file's name and the AssetView, into which it reads what objects
-//   share; count() of records; read(index, object) makes the View of an object whose parts earlier in the
-//   list have been read; finish() comes last. It checks every byte;
-// - Writer: the reverse, made from the sections and the Asset; add(Data, Object);
-// - of(): the member for that part in an ObjectRecord, an Object or an ObjectView.
+// - of(): the member for that part in an ObjectRecord, an Object or an ObjectView;
+// - Shared, if its objects share something: a structure with Record, kRecords and of(), the member of an Asset
+//   or an AssetView.
+// There are also
+// - read_record(Record, ObjectView, Reading), which makes the View of an object whose parts earlier in the list
+//   have been read, and checks every byte; for what is shared, read_record(Record, Reading);
+// - write_record(Data, Object, payloads), the reverse, which makes the record and adds its payloads; for what is
+//   shared, write_record(Data, payloads).
+// Both take payloads in the order in which the format has them. All else is the work of reader.cpp and
+// writer.cpp.
 #pragma once
 
 #include <tuple>

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
-#include <optional>
 #include <string>
 
 #include "formats/base/utf8.hpp"
@@ -14,47 +13,79 @@
 namespace nif::format {
 namespace {
 
-/// The reader of a part, and how many objects have the part so far.
+/// The records of a part, and how many objects have the part so far.
 template <class Part>
-struct ReaderOf {
-  typename Part::Reader reader;
+struct RecordsOf {
+  Records<typename Part::Record> records;
   uint32_t objects = 0;
 };
 template <class... Part>
-struct ReadersOf : ReaderOf<Part>... {
-  ReadersOf(const SectionTable& sections, std::string_view file, AssetView& asset)
-      : ReaderOf<Part>{typename Part::Reader(sections, file, asset)}... {}
+struct AllRecords : RecordsOf<Part>... {
+  AllRecords(const SectionTable& sections, std::string_view file)
+      : RecordsOf<Part>{Records<typename Part::Record>(sections[Part::kRecords], file)}... {}
 };
-using Readers = OfParts<ReadersOf>;
 
-/// "planes and network".
-std::string names_of_parts(const ObjectRecord& record) {
-  std::string names;
+template <class Part>
+concept SharesSomething = requires {
+  typename Part::Shared;
+};
+
+/// A section of records, then perhaps one of their payloads.
+template <class Kind>
+constexpr KnownSection records_section(uint32_t flags) {
+  return {Kind::kRecords, flags, sizeof(typename Kind::Record)};
+}
+constexpr auto kKnownSections = [] {
+  struct {
+    KnownSection sections[32]{{kMetadata, 0, 0},
+                              {kObjects, kRequired, sizeof(ObjectRecord)},
+                              {kInstances, kRequired, sizeof(InstanceRecord)},
+                              {kNames, kRequired, 0},
+                              {kData, kRequired | kPayloads, 0}};
+    size_t count = 5;
+  } known;
   for_each_part([&]<class Part>(Part) {
-    if (Part::of(record) != kNoPart) names += (names.empty() ? "" : " and ") + std::string(Part::kName);
+    known.sections[known.count++] = records_section<Part>(kRequired);
+    if constexpr (SharesSomething<Part>)
+      known.sections[known.count++] = records_section<typename Part::Shared>(kRequired);
   });
-  return names.empty() ? "no part" : names;
+  for_each_optional([&]<class Kind>(Kind) {
+    known.sections[known.count++] = records_section<Kind>(0);
+    known.sections[known.count++] = {Kind::kValues, kPayloads, 0};
+  });
+  return known;
+}();
+
+/// Why this build cannot answer an object; null if it can.
+const char* why_unsupported(const ObjectRecord& record) {
+  const uint32_t unknown = unknown_flags(record.flags, 0);
+  if (unknown & kCutOuts) return "has cut-outs, which this build does not know";
+  if (unknown & kDeforms) return "deforms, which this build does not know";
+  if (unknown != 0) return "has flags that this build does not know";
+  return kernels::encoding_with(record.planes != kNoPart, record.triangles != kNoPart,
+                                record.network != kNoPart, record.spherical != kNoPart)
+             ? nullptr
+             : "has parts that this build does not read together";
 }
 
 class Reader {
  public:
   Reader(Bytes bytes, std::string_view file, std::pmr::memory_resource* memory)
-      : file_(file), asset_(memory) {
+      : file_(file), asset_(memory), data_({}) {
     asset_.bytes = bytes;
     asset_.sections = open_container(bytes, file, memory);
     Header header;
     std::memcpy(&header, bytes.data(), sizeof(header));
     asset_.places_nothing = header.flags & kPlacesNothing;
+    asset_.arithmetic = header.arithmetic;
+    asset_.prover = header.prover;
   }
 
   AssetView read() {
     check_sections();
     read_objects();
-    read_primaries();
-    read_source_triangles();
-    read_colors();
+    for_each_optional([&](auto kind) { read_optional(kind); });
     read_instances();
-    if (has_translations_) read_translations();
     if (names_end_ != names_.size()) refuse(Rule::bytes_of_no_name, file_, "section NAME");
     return std::move(asset_);
   }
@@ -62,47 +93,34 @@ class Reader {
  private:
   /// Every section must be known to this build, or optional.
   void check_sections() {
-    bool found[3] = {};
-    constexpr uint32_t kEverywhere[3] = {kObjects, kInstances, kNames};
     for (const SectionView& section : asset_.sections) {
-      const auto place = [&] { return "section " + section_name(section.type); };
-      const bool required = section.flags & kRequired;
-      if (section.type == kMetadata) {
-        asset_.metadata = {reinterpret_cast<const char*>(section.bytes.data()), section.bytes.size()};
-        if (required || asset_.metadata.empty() || !is_utf8(asset_.metadata))
-          refuse(Rule::metadata_text, file_, place());
-        continue;
-      }
-      const auto* everywhere = std::find(std::begin(kEverywhere), std::end(kEverywhere), section.type);
-      const bool primary = section.type == kPrimaries || section.type == kPrimaryValues,
-                 source = section.type == kSourceRecords || section.type == kSourceNumbers,
-                 color = section.type == kColorRecords || section.type == kColorValues,
-                 translation = section.type == kTranslations,
-                 optional = primary || source || color || translation;
-      if (everywhere == std::end(kEverywhere) && !optional && !of_a_part(section.type)) {
-        if (required) refuse(Rule::unknown_section, file_, place());
+      const auto refused = [&](Rule rule, const std::string& what = {}) {
+        refuse(rule, file_, "section " + section_name(section.type), what);
+      };
+      const KnownSection* known = known_section(section.type);
+      if (!known) {
+        if (section.flags & kRequired) refused(Rule::unknown_section);
         continue;  // an optional section of a later version: skipped, as promised
       }
-      if (required == optional)
-        refuse(Rule::section_flag, file_, place(),
-               required ? "is marked as required" : "is not marked as required");
-      if (everywhere != std::end(kEverywhere)) found[everywhere - kEverywhere] = true;
-      has_primaries_ = has_primaries_ || primary;
-      has_sources_ = has_sources_ || source;
-      has_colors_ = has_colors_ || color;
-      has_translations_ = has_translations_ || translation;
+      const uint32_t other = section.flags ^ known->flags;
+      if (section.type == kMetadata) {
+        asset_.metadata = {reinterpret_cast<const char*>(section.bytes.data()), section.bytes.size()};
+        if ((other & kRequired) || asset_.metadata.empty() || !is_utf8(asset_.metadata))
+          refused(Rule::metadata_text);
+      }
+      if (other & kRequired)
+        refused(Rule::section_flag,
+                known->flags & kRequired ? "is not marked as required" : "is marked as required");
+      if (other & kPayloads)
+        refused(Rule::section_flag, known->flags & kPayloads ? "is not marked as one of payloads"
+                                                             : "is marked as one of payloads");
+      if (known->record_bytes == 0 && section.record_size != 0)
+        refused(Rule::record_size, "has a size of records, but no records");
     }
-    for (size_t i = 0; i < std::size(found); ++i)
-      if (!found[i]) refuse(Rule::section_missing, file_, "section " + section_name(kEverywhere[i]));
-    names_ = table()[kNames];
-  }
-
-  static bool of_a_part(uint32_t type) {
-    bool known = false;
-    for_each_part([&](auto part) {
-      for (const uint32_t own : part.kSections) known = known || own == type;
-    });
-    return known;
+    for (const uint32_t type : {kObjects, kInstances, kNames, kData})
+      if (!table().has(type)) refuse(Rule::section_missing, file_, "section " + section_name(type));
+    names_ = table()[kNames].bytes;
+    data_ = Payloads(table()[kData].bytes);
   }
 
   SectionTable table() const { return SectionTable(asset_.sections); }
@@ -118,55 +136,53 @@ class Reader {
   }
 
   void read_objects() {
-    const Records<ObjectRecord> records(table()[kObjects], "OBJS", file_);
+    const Records<ObjectRecord> records(table()[kObjects], file_);
     if (records.count() == 0) refuse(Rule::no_object, file_, "section OBJS");
     check_parts(records);
-    Readers readers(table(), file_, asset_);
+    for_each_part([&]<class Part>(Part) {
+      if constexpr (SharesSomething<Part>) read_shared<typename Part::Shared>();
+    });
+    OfParts<AllRecords> parts(table(), file_);
     asset_.objects.reserve(records.count());
     for (uint32_t i = 0; i < records.count(); ++i)
-      asset_.objects.push_back(read_object(records[i], readers, Place{file_, "OBJS", i}));
+      asset_.objects.push_back(read_object(records[i], parts, records.place(i)));
+    if (asset_.objects.back().level != 0) records.place(records.count() - 1).damaged(Rule::level_order);
     for_each_part([&]<class Part>(Part) {
-      const auto& [reader, objects] = static_cast<ReaderOf<Part>&>(readers);
-      if (reader.count() != objects)
-        refuse(Rule::records_of_no_object, file_, "section " + section_name(Part::kSections[0]));
-      reader.finish();
+      const auto& [own, objects] = static_cast<RecordsOf<Part>&>(parts);
+      if (own.count() != objects)
+        refuse(Rule::records_of_no_object, file_, "section " + section_name(Part::kRecords));
     });
   }
 
-  /// This build must read the combination of parts of each object, and the file must have exactly the
-  /// sections of its parts.
+  /// The file must have exactly the sections of the parts of its objects.
   void check_parts(const Records<ObjectRecord>& records) {
-    for (uint32_t i = 0; i < records.count(); ++i) {
-      const ObjectRecord record = records[i];
-      if (!kernels::encoding_with(record.planes != kNoPart, record.triangles != kNoPart,
-                                  record.network != kNoPart, record.spherical != kNoPart))
-        refuse(Rule::unknown_encoding, file_, Place{file_, "OBJS", i}.text(),
-               names_of_parts(record) + ", which this build does not read together");
-    }
     for_each_part([&]<class Part>(Part) {
       size_t count = 0;
       for (uint32_t i = 0; i < records.count(); ++i) {
         const ObjectRecord record = records[i];
         count += Part::of(record) != kNoPart;
       }
-      check_presence(Part::kSections, count > 0);
+      check_presence(Part::kRecords, count > 0);
+      if constexpr (SharesSomething<Part>) check_presence(Part::Shared::kRecords, count > 0);
       // Objects point to these views, which must not move.
       std::get<std::pmr::vector<typename Part::View>>(asset_.parts).reserve(count);
     });
   }
 
-  /// A file has all sections of a part, or none.
-  void check_presence(std::span<const uint32_t> types, bool expected) const {
-    for (const uint32_t type : types) {
-      const bool there = std::any_of(asset_.sections.begin(), asset_.sections.end(),
-                                     [&](const SectionView& section) { return section.type == type; });
-      if (there != expected)
-        refuse(expected ? Rule::section_missing : Rule::section_unused, file_,
-               "section " + section_name(type));
-    }
+  void check_presence(uint32_t type, bool expected) const {
+    if (table().has(type) != expected)
+      refuse(expected ? Rule::section_missing : Rule::section_unused, file_, "section " + section_name(type));
   }
 
-  ObjectView read_object(const ObjectRecord& record, Readers& readers, const Place& place) {
+  template <class Shared>
+  void read_shared() {
+    const Records<typename Shared::Record> records(table()[Shared::kRecords], file_);
+    Shared::of(asset_).reserve(records.count());
+    for (uint32_t i = 0; i < records.count(); ++i)
+      Shared::of(asset_).push_back(read_record(records[i], Reading{records.place(i), data_, asset_}));
+  }
+
+  ObjectView read_object(const ObjectRecord& record, OfParts<AllRecords>& parts, const Place& place) {
     ObjectView view;
     view.name = read_name(record.name, place);
     place.require(all_finite(record.aabb_min) && all_finite(record.aabb_max), Rule::bounds_not_finite);
@@ -175,92 +191,102 @@ class Reader {
     place.require(all_zero(record.reserved), Rule::reserved_not_zero);
     view.bias = record.bias;
     view.triangle_count = record.triangle_count;
+    place.require(record.level <= kMaxLevel && (asset_.objects.empty() || asset_.objects.back().level == 0 ||
+                                                asset_.objects.back().level == record.level + 1),
+                  Rule::level_order);
+    place.require(std::isfinite(record.error) && record.error >= 0, Rule::error_range);
+    view.level = record.level;
+    view.error = record.error;
+    view.proven = proves(asset_.prover);
+    view.unsupported = why_unsupported(record);
     std::copy_n(record.aabb_min, 3, view.aabb_min.begin());
     std::copy_n(record.aabb_max, 3, view.aabb_max.begin());
     for_each_part([&]<class Part>(Part) {
       if (Part::of(record) == kNoPart) return;
-      auto& [reader, objects] = static_cast<ReaderOf<Part>&>(readers);
+      auto& [records, objects] = static_cast<RecordsOf<Part>&>(parts);
       place.require(Part::of(record) == objects, Rule::record_order);
-      place.require(objects < reader.count(), Rule::record_missing);
+      place.require(objects < records.count(), Rule::record_missing);
+      const uint32_t own = objects++;
+      if (view.unsupported) return;  // its payloads are skipped
       auto& views = std::get<std::pmr::vector<typename Part::View>>(asset_.parts);
-      Part::of(view) = &views.emplace_back(reader.read(objects++, view));
+      Part::of(view) =
+          &views.emplace_back(read_record(records[own], view, Reading{records.place(own), data_, asset_}));
     });
     return view;
   }
 
-  void read_primaries() {
-    std::pmr::vector<Bounds> bounds(asset_.objects.get_allocator());
-    if (has_primaries_)
-      for (const ObjectView& object : asset_.objects) bounds.push_back(object.bounds());
-    format::read_primaries(table(), has_primaries_, file_, bounds, asset_.primaries);
-  }
-
-  void read_source_triangles() {
-    std::pmr::vector<std::optional<uint32_t>> counts(asset_.objects.get_allocator());
-    if (has_sources_)
-      for (const ObjectView& object : asset_.objects)
-        counts.push_back(object.triangles ? std::optional(object.triangles->field.triangle_count)
-                                          : std::nullopt);
-    format::read_source_triangles(table(), has_sources_, file_, counts, asset_.source_triangles);
-  }
-
-  void read_colors() {
-    std::pmr::vector<std::optional<uint32_t>> counts(asset_.objects.get_allocator());
-    if (has_colors_)
-      for (const ObjectView& object : asset_.objects)
-        counts.push_back(object.planes ? std::optional(object.planes->field.surface_voxels) : std::nullopt);
-    format::read_colors(table(), has_colors_, file_, counts, asset_.colors);
+  template <class Kind>
+  void read_optional(Kind) {
+    const Records<typename Kind::Record> records(table()[Kind::kRecords], file_);
+    Payloads payloads(table()[Kind::kValues].bytes);
+    auto& views = Kind::of(asset_);
+    if (!table().has(Kind::kRecords) && !table().has(Kind::kValues)) return;
+    for (const uint32_t type : {Kind::kRecords, Kind::kValues})
+      if (!table().has(type)) refuse(Rule::section_missing, file_, "section " + section_name(type));
+    if (records.count() == 0) refuse(Rule::section_unused, file_, "section " + section_name(Kind::kRecords));
+    views.reserve(records.count());
+    for (uint32_t i = 0; i < records.count(); ++i) {
+      const auto record = records[i];
+      const Place place = records.place(i);
+      place.require(record.object < asset_.objects.size(), Rule::object_range);
+      place.require(i == 0 || Kind::rank(record) > Kind::rank(records[i - 1]), Kind::kOrder);
+      const ObjectView& object = asset_.objects[record.object];
+      if (object.unsupported) continue;
+      if (const auto view = read_record(record, object, Reading{place, payloads, asset_}))
+        views.push_back(*view);
+    }
   }
 
   void read_instances() {
-    const Records<InstanceRecord> records(table()[kInstances], "INST", file_);
+    const Records<InstanceRecord> records(table()[kInstances], file_);
     if (asset_.places_nothing && records.count() != 0) refuse(Rule::places_after_all, file_, "section INST");
     asset_.instances.reserve(records.count());
-    for (uint32_t i = 0; i < records.count(); ++i) {
-      const InstanceRecord record = records[i];
-      const Place place{file_, "INST", i};
-      InstanceView view;
-      view.name = read_name(record.name, place);
-      place.require(record.object < asset_.objects.size(), Rule::object_range);
-      place.require(record.reserved == 0, Rule::reserved_not_zero);
-      place.require(all_finite(record.transform), Rule::transform_not_finite);
-      view.object = record.object;
-      std::copy_n(record.transform, 12, view.transform.begin());
-      asset_.instances.push_back(view);
-    }
+    for (uint32_t i = 0; i < records.count(); ++i)
+      asset_.instances.push_back(read_instance(records[i], i, records.place(i)));
   }
 
-  /// Each is two floats: the one in the transform, and the remainder. Some remainder must not be 0.
-  void read_translations() {
-    const Records<Translation> records(table()[kTranslations], "TRAN", file_);
-    if (records.count() != asset_.instances.size()) refuse(Rule::translation_count, file_, "section TRAN");
-    bool any = false;
-    for (uint32_t i = 0; i < records.count(); ++i) {
-      const Place place{file_, "TRAN", i};
-      InstanceView& instance = asset_.instances[i];
-      for (size_t a = 0; a < 3; ++a) {
-        const double exact = records[i].along[a];
-        const float rounded = instance.transform[4 * a + 3];
-        place.require(std::abs(exact) <= double(std::numeric_limits<float>::max()) &&
-                          static_cast<float>(exact) == rounded,
-                      Rule::translation_value);
-        const double remainder = exact - double(rounded);
-        instance.remainder[a] = static_cast<float>(remainder);
-        place.require(double(instance.remainder[a]) == remainder, Rule::translation_value);
-        any = any || remainder != 0;
-      }
+  InstanceView read_instance(const InstanceRecord& record, uint32_t number, const Place& place) {
+    InstanceView view;
+    view.name = read_name(record.name, place);
+    place.require(record.object < asset_.objects.size(), Rule::object_range);
+    place.require(asset_.objects[record.object].level == 0, Rule::level_placed);
+    place.require(record.parent == kNoParent || record.parent < number, Rule::parent_order);
+    place.require(unknown_flags(record.flags, kDisabled) == 0, Rule::unknown_flags);
+    place.require(record.reserved == 0, Rule::reserved_not_zero);
+    place.require(all_finite(record.linear), Rule::transform_not_finite);
+    for (size_t a = 0; a < 3; ++a) {
+      const double exact = record.translation[a];
+      place.require(std::abs(exact) <= double(std::numeric_limits<float>::max()), Rule::transform_not_finite);
+      const auto rounded = static_cast<float>(exact);
+      const double remainder = exact - double(rounded);
+      view.remainder[a] = static_cast<float>(remainder);
+      place.require(double(view.remainder[a]) == remainder, Rule::translation_sum);
+      std::copy_n(record.linear + 3 * a, 3, view.transform.begin() + ptrdiff_t(4 * a));
+      view.transform[4 * a + 3] = rounded;
     }
-    if (!any) refuse(Rule::translation_count, file_, "section TRAN");
+    view.object = record.object;
+    view.user = record.user;
+    view.mask = record.mask;
+    view.flags = record.flags & kDisabled;
+    view.parent = record.parent;
+    return view;
   }
 
   std::string_view file_;
   AssetView asset_;
   Bytes names_;
   size_t names_end_ = 0;
-  bool has_primaries_ = false, has_sources_ = false, has_colors_ = false, has_translations_ = false;
+  Payloads data_;
 };
 
 }  // namespace
+
+const KnownSection* known_section(uint32_t type) {
+  const KnownSection* const end = kKnownSections.sections + kKnownSections.count;
+  const KnownSection* const at =
+      std::find_if(kKnownSections.sections, end, [&](const KnownSection& one) { return one.type == type; });
+  return at == end ? nullptr : at;
+}
 
 AssetView read_asset(std::span<const std::byte> bytes, std::string_view file_name,
                      std::pmr::memory_resource* memory) {
@@ -293,8 +319,7 @@ uint64_t bytes_of(const ObjectView& object) {
 uint64_t AssetView::view_bytes() const {
   uint64_t total = sections.capacity() * sizeof(SectionView) + objects.capacity() * sizeof(ObjectView) +
                    instances.capacity() * sizeof(InstanceView) + primaries.capacity() * sizeof(PrimaryView) +
-                   source_triangles.capacity() * sizeof(SourceTrianglesView) +
-                   colors.capacity() * sizeof(ColorsView);
+                   numbers.capacity() * sizeof(NumbersView) + colors.capacity() * sizeof(ColorsView);
   total += mlps.capacity() * sizeof(MlpView) + decoded.view_bytes() +
            spherical_networks.capacity() * sizeof(SphericalNetworksView);
   for_each_part([&]<class Part>(Part) {
@@ -320,13 +345,20 @@ const PrimaryView* AssetView::primary_of(uint32_t object) const { return view_of
 
 const ColorsView* AssetView::colors_of(uint32_t object) const { return view_of(colors, object); }
 
-const SourceTrianglesView* AssetView::source_triangles_of(uint32_t object) const {
-  return view_of(source_triangles, object);
+const NumbersView* AssetView::numbers_of(uint32_t object, NumbersKind kind) const {
+  const auto rank = [](const NumbersView& view) { return std::pair(view.object, view.kind); };
+  const auto at = std::ranges::lower_bound(numbers, std::pair(object, uint32_t{kind}), {}, rank);
+  return at != numbers.end() && rank(*at) == std::pair(object, uint32_t{kind}) ? &*at : nullptr;
+}
+
+size_t AssetView::placed_count() const {
+  if (!instances.empty() || places_nothing) return instances.size();
+  return size_t(std::ranges::count(objects, 0u, &ObjectView::level));
 }
 
 kernels::HitDetails hit_details(const AssetView& asset, uint32_t object) {
   kernels::HitDetails details;
-  if (const SourceTrianglesView* source = asset.source_triangles_of(object))
+  if (const NumbersView* source = asset.numbers_of(object, kSourceTriangles))
     details.source_triangles = source->field;
   if (const ColorsView* colors = asset.colors_of(object))
     details.colors = {grid_of(asset.objects[object]), colors->values};
@@ -335,7 +367,7 @@ kernels::HitDetails hit_details(const AssetView& asset, uint32_t object) {
 
 FileParts bytes_by_part(const AssetView& asset) {
   FileParts parts;
-  uint64_t networks = 0, primaries = 0, sources = 0, colors = 0;
+  uint64_t networks = 0, primaries = 0, sources = 0, numbers = 0, colors = 0;
   for_each_part([&]<class Part>(Part) {
     using View = typename Part::View;
     for (const PartBytes& part : View().parts()) parts.add(part);
@@ -347,8 +379,10 @@ FileParts bytes_by_part(const AssetView& asset) {
   for (const PrimaryView& primary : asset.primaries) primaries += primary.grid_bytes + primary.network_bytes;
   parts.add({"network", networks});
   parts.add({"primary", primaries});
-  for (const SourceTrianglesView& source : asset.source_triangles) sources += source.bytes;
+  for (const NumbersView& one : asset.numbers)
+    (one.kind == kSourceTriangles ? sources : numbers) += one.bytes;
   parts.add({"source_triangles", sources});
+  parts.add({"numbers", numbers});
   for (const ColorsView& one : asset.colors) colors += one.bytes();
   parts.add({"colors", colors});
   return parts;
@@ -369,7 +403,7 @@ void AssetView::drop_bytes() {
   for (SphericalNetworksView& networks : spherical_networks) networks = {};
   decoded.drop();
   sections = std::pmr::vector<SectionView>(sections.get_allocator());
-  source_triangles.clear();
+  numbers.clear();
   colors.clear();
   bytes = {};
 }

@@ -17,10 +17,8 @@
 #include <vector>
 
 #include "formats/nif/container.hpp"
+#include "formats/nif/optional.hpp"
 #include "formats/nif/parts.hpp"
-#include "formats/nif/planes/colors.hpp"
-#include "formats/nif/spherical/primary.hpp"
-#include "formats/nif/triangles/source_triangles.hpp"
 #include "kernels/reference/hit_details.hpp"
 
 namespace nif::format {
@@ -33,6 +31,12 @@ struct ObjectView {
   std::array<float, 3> aabb_min{}, aabb_max{};
   float bias = 0;
   uint32_t triangle_count = 0;  ///< of the source mesh, after cleaning
+  uint32_t level = 0;           ///< as in ObjectRecord
+  float error = 0;              ///< likewise
+  bool proven = true;           ///< its answers may be certain: as the file's prover says
+  /// Why this build cannot answer the object, which then has no parts here: "has cut-outs, which ...". Null for
+  /// all others.
+  const char* unsupported = nullptr;
   // Its parts, in the view; null if it has none.
   const PlanesView* planes = nullptr;
   const TrianglesView* triangles = nullptr;
@@ -40,17 +44,17 @@ struct ObjectView {
   const SphericalView* spherical = nullptr;
 
   Bounds bounds() const { return {aabb_min, aabb_max}; }
-  /// Ready to be queried. The object must have this encoding: as<kernels::SegmentField>(),
+  /// Ready to be queried. The object must have this encoding, and be supported: as<kernels::SegmentField>(),
   /// as<kernels::ExactField>() ...
   template <class Field>
   Field as() const;
   template <class Field>
   bool is() const {
-    return &encoding_of(*this) == &kernels::encoding_of_field<Field>();
+    return !unsupported && &encoding_of(*this) == &kernels::encoding_of_field<Field>();
   }
 };
 
-/// Ready to be queried.
+/// Ready to be queried. The object must be supported.
 kernels::AnyField field_of(const ObjectView& object);
 template <class Field>
 Field ObjectView::as() const {
@@ -66,7 +70,18 @@ struct InstanceView {
   uint32_t object = 0;
   std::array<float, 12> transform{};  ///< object to world, row-major 3x4
   std::array<float, 3> remainder{};   ///< what rounding took from its translation: to be added in double
+  uint64_t user = 0;
+  uint32_t mask = 0, flags = 0;  ///< InstanceFlags
+  uint32_t parent = kNoParent;   ///< as in InstanceRecord
 };
+
+/// What a file says of a section that this build knows.
+struct KnownSection {
+  uint32_t type, flags;   ///< without kKeep
+  uint32_t record_bytes;  ///< 0 if it has no records
+};
+/// Null if this build does not know sections of this type.
+const KnownSection* known_section(uint32_t type);
 
 template <class... Part>
 using PartViews = std::tuple<std::pmr::vector<typename Part::View>...>;
@@ -80,35 +95,41 @@ struct AssetView {
         spherical_networks(memory),
         instances(memory),
         primaries(memory),
-        source_triangles(memory),
+        numbers(memory),
         colors(memory),
         parts(std::allocator_arg, memory),
         decoded(memory) {}
 
   std::span<const std::byte> bytes;
-  std::string_view metadata;    ///< JSON, not parsed; empty if the file has none
-  bool places_nothing = false;  ///< as in the file; never with instances
+  std::string_view metadata;            ///< JSON, not parsed; empty if the file has none
+  uint32_t arithmetic = 0, prover = 0;  ///< as in Header
+  bool places_nothing = false;          ///< as in the file; never with instances
   std::pmr::vector<SectionView> sections;
   std::pmr::vector<ObjectView> objects;
   std::pmr::vector<MlpView> mlps;                              ///< shared by objects with a network
   std::pmr::vector<SphericalNetworksView> spherical_networks;  ///< shared by `spherical` objects
   std::pmr::vector<InstanceView> instances;
-  std::pmr::vector<PrimaryView> primaries;                 ///< in the order of their objects
-  std::pmr::vector<SourceTrianglesView> source_triangles;  ///< likewise
-  std::pmr::vector<ColorsView> colors;                     ///< likewise
-  OfParts<PartViews> parts;                                ///< of each part, in the order of objects
-  DecodedPayloads decoded;                                 ///< what parts point to if the file is coded
+  std::pmr::vector<PrimaryView> primaries;  ///< in the order of their objects
+  std::pmr::vector<NumbersView> numbers;    ///< likewise, then of their kinds
+  std::pmr::vector<ColorsView> colors;      ///< likewise
+  OfParts<PartViews> parts;                 ///< of each part, in the order of objects
+  DecodedPayloads decoded;                  ///< what parts point to if the file is coded
 
-  /// How many instances the asset stands for: those of the file; if it has none, each object once, unless the
-  /// asset places nothing.
-  size_t placed_count() const {
-    return instances.empty() && !places_nothing ? objects.size() : instances.size();
+  /// How many instances the asset stands for: those of the file; if it has none, each object of level 0 once,
+  /// unless the asset places nothing.
+  size_t placed_count() const;
+  /// Calls each(object, instance) for these; `instance` is null if the file has none.
+  template <class Each>
+  void for_each_placed(const Each& each) const {
+    for (const InstanceView& instance : instances) each(instance.object, &instance);
+    for (uint32_t i = 0; i < objects.size() && instances.empty() && !places_nothing; ++i)
+      if (objects[i].level == 0) each(i, static_cast<const InstanceView*>(nullptr));
   }
   /// Bytes of these views themselves, without the file's bytes and decoded data.
   uint64_t view_bytes() const;
   /// Null if the object has none.
   const PrimaryView* primary_of(uint32_t object) const;
-  const SourceTrianglesView* source_triangles_of(uint32_t object) const;
+  const NumbersView* numbers_of(uint32_t object, NumbersKind kind) const;
   const ColorsView* colors_of(uint32_t object) const;
   /// MLPs, then pairs of networks of `spherical` objects.
   uint32_t network_count() const { return uint32_t(mlps.size() + spherical_networks.size()); }
@@ -124,10 +145,10 @@ kernels::HitDetails hit_details(const AssetView& asset, uint32_t object);
 template <class... Part>
 struct PartCountOf {
   static constexpr size_t kCount =
-      (std::tuple_size_v<decltype(std::declval<typename Part::View>().parts())> + ... + 4);
+      (std::tuple_size_v<decltype(std::declval<typename Part::View>().parts())> + ... + 5);
 };
 /// The bytes of all objects together, payload by payload: those of every part, even if no object has it, then
-/// "network", "primary", "source_triangles" and "colors". Without records, names, metadata and padding.
+/// "network", "primary", "source_triangles", "numbers" (the other ones) and "colors". Without records, names, metadata and padding.
 class FileParts {
  public:
   static constexpr size_t kMost = OfParts<PartCountOf>::kCount;

@@ -10,20 +10,26 @@
 #include <string>
 
 #include "formats/nif/container.hpp"
+#include "formats/nif/crc32c.hpp"
 
 namespace nif::format {
 
 using Bytes = std::span<const std::byte>;
+struct AssetView;
 
 /// The sections of a file, by type.
 class SectionTable {
  public:
   explicit SectionTable(std::span<const SectionView> sections) : sections_(sections) {}
   /// Empty if the file has no such section.
-  Bytes operator[](uint32_t type) const {
+  SectionView operator[](uint32_t type) const {
     for (const SectionView& section : sections_)
-      if (section.type == type) return section.bytes;
-    return {};
+      if (section.type == type) return section;
+    return {type};
+  }
+  bool has(uint32_t type) const {
+    return std::any_of(sections_.begin(), sections_.end(),
+                       [&](const SectionView& section) { return section.type == type; });
   }
 
  private:
@@ -38,7 +44,7 @@ struct Bounds {
 /// One place in the file, for messages; built only if something is wrong.
 struct Place {
   std::string_view file;
-  const char* section;
+  uint32_t section;  ///< its type
   uint64_t record;
 
   [[noreturn]] void damaged(Rule rule, const std::string& what = {}) const {
@@ -53,7 +59,7 @@ struct Place {
                         " to " + std::to_string(high));
   }
   std::string text() const {
-    return std::string("section ") + section + ", record " + std::to_string(record);
+    return "section " + section_name(section) + ", record " + std::to_string(record);
   }
 };
 
@@ -67,31 +73,35 @@ bool all_zero(const T& values) {
   return std::all_of(std::begin(values), std::end(values), [](auto value) { return value == 0; });
 }
 
-/// Hands out the payloads of a section in the order of their records, and makes sure that they fill it.
+/// Hands out the payloads of a section in the order of their records. What lies between payloads, or follows
+/// the last one, belongs to something that this build does not know.
 class Payloads {
  public:
   explicit Payloads(Bytes section) : section_(section) {}
 
   Bytes next(const Payload& payload, uint64_t expected, const char* name, const Place& place) {
-    const std::string what = std::string(name) + " payload";
-    if (payload.offset != aligned(end_))
-      place.damaged(Rule::payload_place, what + " is not where the one before it ends");
+    const auto what = [&] { return std::string(name) + " payload"; };
+    const uint64_t first = aligned(end_);
+    if (payload.offset % kAlignment != 0 || payload.offset < first)
+      place.damaged(Rule::payload_place,
+                    what() + " does not start at a multiple of 64 after the one before it");
+    place.require(payload.reserved == 0, Rule::reserved_not_zero);
     if (payload.bytes != expected)
-      place.damaged(Rule::payload_size, what + " has " + std::to_string(payload.bytes) + " bytes, not " +
+      place.damaged(Rule::payload_size, what() + " has " + std::to_string(payload.bytes) + " bytes, not " +
                                             std::to_string(expected));
     if (payload.offset > section_.size() || payload.bytes > section_.size() - payload.offset)
-      place.damaged(Rule::payload_past_end, what + " reaches past the end of its section");
+      place.damaged(Rule::payload_past_end, what() + " reaches past the end of its section");
     // Both fit in memory, because the section does.
     const auto offset = size_t(payload.offset), bytes = size_t(payload.bytes);
-    for (size_t at = end_; at < offset; ++at)
-      if (section_[at] != std::byte{0})
-        place.damaged(Rule::payload_padding, "padding before the " + what + " is not zero");
+    if (offset == first)
+      for (size_t at = end_; at < offset; ++at)
+        if (section_[at] != std::byte{0})
+          place.damaged(Rule::payload_padding, "padding before the " + what() + " is not zero");
     end_ = offset + bytes;
-    return section_.subspan(offset, bytes);
-  }
-  /// Checks that all of the section belongs to payloads.
-  void finish(const char* section, std::string_view file) const {
-    if (end_ != section_.size()) refuse(Rule::bytes_of_no_record, file, std::string("section ") + section);
+    const Bytes content = section_.subspan(offset, bytes);
+    if (crc32c(content) != payload.crc)
+      place.damaged(Rule::payload_checksum, what() + " has a wrong checksum");
+    return content;
   }
 
  private:
@@ -99,25 +109,42 @@ class Payloads {
   size_t end_ = 0;
 };
 
-/// Records of one section, copied out one at a time.
+/// Records of one section, copied out one at a time. They may be longer than this build knows: what follows is
+/// ignored.
 template <class Record>
 class Records {
  public:
-  Records(Bytes section, const char* name, std::string_view file) : section_(section) {
-    if (section.size() % sizeof(Record) != 0 || section.size() / sizeof(Record) > 0xffffffffu)
-      refuse(Rule::record_size, file, std::string("section ") + name,
-             std::to_string(section.size()) + " bytes are no whole number of records of " +
+  static_assert(sizeof(Record) % 8 == 0);
+
+  Records(const SectionView& section, std::string_view file)
+      : section_(section), file_(file), size_(std::max<size_t>(section.record_size, sizeof(Record))) {
+    const bool there = section.bytes.data() != nullptr;  // otherwise there is no such section
+    if ((there && section.record_size < sizeof(Record)) || section.bytes.size() % size_ != 0 ||
+        section.bytes.size() / size_ > 0xffffffffu)
+      refuse(Rule::record_size, file, "section " + section_name(section.type),
+             std::to_string(section.bytes.size()) + " bytes are no whole number of records of " +
+                 std::to_string(section.record_size) + ", which have at least " +
                  std::to_string(sizeof(Record)));
   }
-  uint32_t count() const { return uint32_t(section_.size() / sizeof(Record)); }
+  uint32_t count() const { return uint32_t(section_.bytes.size() / size_); }
   Record operator[](uint32_t i) const {
     Record record;
-    std::memcpy(&record, section_.data() + uint64_t(i) * sizeof(Record), sizeof(Record));
+    std::memcpy(&record, section_.bytes.data() + uint64_t(i) * size_, sizeof(Record));
     return record;
   }
+  Place place(uint32_t i) const { return {file_, section_.type, i}; }
 
  private:
-  Bytes section_;
+  SectionView section_;
+  std::string_view file_;
+  size_t size_;
+};
+
+/// What the reader of one record is given besides.
+struct Reading {
+  Place place;
+  Payloads& payloads;  ///< to take those of the record from, in their order
+  AssetView& asset;    ///< what was read before: of parts, what objects share
 };
 
 }  // namespace nif::format

@@ -26,7 +26,6 @@ namespace nif::format {
   RULE(111, bytes_after_end, damaged_nif, "bytes follow the end that the header states")                   \
   RULE(112, table_past_end, damaged_nif, "reaches past the end")                                           \
   RULE(113, table_checksum, damaged_nif, "wrong checksum")                                                 \
-  RULE(114, reserved_bits, damaged_nif, "reserved bits are not zero")                                      \
   RULE(115, section_place, damaged_nif, "does not start where the one before it ends")                     \
   RULE(116, section_past_end, damaged_nif, "reaches past the end of the file")                             \
   RULE(117, padding_not_zero, damaged_nif, "padding that is not zero")                                     \
@@ -34,18 +33,23 @@ namespace nif::format {
   RULE(119, section_twice, damaged_nif, "occurs twice")                                                    \
   RULE(120, bytes_of_no_section, damaged_nif, "bytes belong to no section")                                \
   RULE(121, unknown_section, unsupported_nif, "required, and newer than this build")                       \
-  RULE(122, section_flag, damaged_nif, "is marked as required or not, against its type")                   \
+  RULE(122, section_flag, damaged_nif, "flags are not those of its type")                                  \
   RULE(123, section_missing, damaged_nif, "is missing")                                                    \
   RULE(124, section_unused, damaged_nif, "is there for no object")                                         \
   RULE(125, metadata_text, damaged_nif, "is required, empty or not UTF-8")                                 \
-  RULE(126, record_size, damaged_nif, "its bytes are no whole number of records")                          \
-  RULE(127, payload_place, damaged_nif, "payload is not where the one before it ends")                     \
+  RULE(126, record_size, damaged_nif,                                                                      \
+       "its bytes are no whole number of records, or these are of another size")                           \
+  RULE(127, payload_place, damaged_nif,                                                                    \
+       "payload does not start at a multiple of 64 after the one before it")                               \
   RULE(128, payload_size, damaged_nif, "payload has not the bytes that its record asks for")               \
   RULE(129, payload_past_end, damaged_nif, "payload reaches past the end of its section")                  \
   RULE(130, payload_padding, damaged_nif, "padding before the payload is not zero")                        \
-  RULE(131, bytes_of_no_record, damaged_nif, "has bytes that belong to no record")                         \
+  RULE(132, unknown_flags, unsupported_nif, "flags that a reader must know, and this build does not")      \
+  RULE(133, payloads_checksum, damaged_nif, "has a checksum, although its payloads have their own")        \
+  RULE(134, unknown_arithmetic, unsupported_nif,                                                           \
+       "a revision of the arithmetic that this build does not know")                                       \
+  RULE(135, payload_checksum, damaged_nif, "payload has a wrong checksum")                                 \
   RULE(201, no_object, damaged_nif, "holds no object")                                                     \
-  RULE(202, unknown_encoding, unsupported_nif, "parts that this build does not read together")             \
   RULE(203, record_order, damaged_nif, "a part is not the number of objects that have one before it")      \
   RULE(204, record_missing, damaged_nif, "a part has no such record")                                      \
   RULE(205, records_of_no_object, damaged_nif, "has records that belong to no object")                     \
@@ -60,6 +64,11 @@ namespace nif::format {
   RULE(214, object_range, damaged_nif, "object is out of range")                                           \
   RULE(215, transform_not_finite, damaged_nif, "transform is not finite")                                  \
   RULE(216, places_after_all, damaged_nif, "has instances, though its header says that it places nothing") \
+  RULE(217, level_order, damaged_nif, "level is not followed by the level below it")                       \
+  RULE(218, error_range, damaged_nif, "error is negative or not finite")                                   \
+  RULE(219, level_placed, damaged_nif, "its object is a coarser level of another one")                     \
+  RULE(220, translation_sum, damaged_nif, "translation is not the sum of two singles")                     \
+  RULE(221, parent_order, damaged_nif, "parent is not an instance before it")                              \
   RULE(301, origin_not_finite, damaged_nif, "origin is not finite")                                        \
   RULE(302, voxels_per_unit, damaged_nif, "voxels_per_unit is not a finite number above 0")                \
   RULE(303, voxels_per_unit_large, damaged_nif, "voxels_per_unit is too large")                            \
@@ -150,13 +159,11 @@ namespace nif::format {
   RULE(702, margin_range, damaged_nif, "margin is not a number from 0 to 1")                               \
   RULE(703, no_triangles, damaged_nif, "its object has no triangles")                                      \
   RULE(704, fewer_triangles, damaged_nif, "the source mesh has fewer triangles than the object")           \
-  RULE(705, triangle_number, damaged_nif, "a triangle is none of the source mesh")                         \
+  RULE(705, triangle_number, damaged_nif, "a number is not below what its record says")                    \
   RULE(706, bits_after_numbers, damaged_nif, "bits after the last number are not zero")                    \
   RULE(707, no_voxels, damaged_nif, "its object has no voxels")                                            \
   RULE(708, color_count, damaged_nif, "surface_voxels is not that of its object")                          \
-  RULE(709, translation_count, damaged_nif,                                                                \
-       "has not one translation for each instance, or none that floats cannot hold")                       \
-  RULE(710, translation_value, damaged_nif, "translation is not the one of the transform before rounding")
+  RULE(711, numbers_order, damaged_nif, "does not come after the record before: by object, then by kind")
 
 enum class Rule : uint16_t {
 #define NIF_RULE_NUMBER(number, name, status, what) name = number,

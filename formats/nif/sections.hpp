@@ -11,9 +11,16 @@
 
 #include "formats/base/size.hpp"
 #include "formats/nif/container.hpp"
+#include "formats/nif/crc32c.hpp"
 #include "formats/nif/layout.hpp"
 
 namespace nif::format {
+
+/// Values of `spherical` objects to be written.
+struct Values {
+  const std::vector<float>& values;
+  bool half;
+};
 
 /// The growing bytes of one section.
 class Section {
@@ -34,14 +41,17 @@ class Section {
     append(values.data(), values.size());
   }
   /// In half precision or as they are.
-  void append_values(const std::vector<float>& values, bool half);
-  Payload begin_payload() {
-    has_blocks_ = true;
+  void append(const Values& values);
+  /// The next payload: arrays without gaps.
+  template <class... Array>
+  Payload add_payload(const Array&... arrays) {
+    has_payloads_ = true;
     size_ = aligned(size_);
     if (!counting_) bytes_.resize(memory_size(size_));
-    return {size_, 0};
+    const uint64_t start = size_;
+    (append(arrays), ...);
+    return {start, size_ - start, crc32c(std::span(bytes_).subspan(counting_ ? 0 : size_t(start))), 0};
   }
-  void end_payload(Payload& payload) const { payload.bytes = size_ - payload.offset; }
   Name append_name(const std::string& name) {
     const Name place{uint32_t(size_), uint32_t(name.size())};
     append(name.c_str(), name.size() + 1);
@@ -49,11 +59,11 @@ class Section {
   }
   uint64_t size() const { return size_; }
   /// Including the padding before the next payload, if the section holds payloads.
-  uint64_t padded_size() const { return has_blocks_ ? aligned(size_) : size_; }
+  uint64_t padded_size() const { return has_payloads_ ? aligned(size_) : size_; }
   const std::vector<std::byte>& bytes() const { return bytes_; }
 
  private:
-  bool counting_, has_blocks_ = false;
+  bool counting_, has_payloads_ = false;
   uint64_t size_ = 0;
   std::vector<std::byte> bytes_;
 };
@@ -62,13 +72,13 @@ class Section {
 class Sections {
  public:
   struct Entry {
-    uint32_t type, flags;
+    uint32_t type, flags, record_size;
     Section section;
   };
   explicit Sections(bool counting) : counting_(counting) {}
   /// Adds a section, which does not move.
-  Section& add(uint32_t type, uint32_t flags = kRequired) {
-    return entries_.emplace_back(Entry{type, flags, Section(counting_)}).section;
+  Section& add(uint32_t type, uint32_t flags, uint32_t record_size = 0) {
+    return entries_.emplace_back(Entry{type, flags, record_size, Section(counting_)}).section;
   }
   const std::deque<Entry>& entries() const { return entries_; }
 

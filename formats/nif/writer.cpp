@@ -2,8 +2,8 @@
 #include "formats/nif/writer.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
-#include <optional>
 #include <span>
 
 #include "formats/base/size.hpp"
@@ -14,94 +14,111 @@
 namespace nif::format {
 namespace {
 
-/// The writer of a part.
-template <class Part>
-class WriterOf {
+/// The sections of records of the parts that any object has, each followed by that of what is shared.
+class PartSections {
  public:
-  /// Makes its sections if any object has the part.
-  WriterOf(const Asset& asset, Sections& sections) {
-    const bool any = std::any_of(asset.objects.begin(), asset.objects.end(),
-                                 [](const Object& object) { return Part::of(object).has_value(); });
-    if (any) writer_.emplace(sections, asset);
+  PartSections(const Asset& asset, Sections& sections) {
+    size_t k = 0;
+    for_each_part([&]<class Part>(Part) {
+      const bool any = std::any_of(asset.objects.begin(), asset.objects.end(),
+                                   [](const Object& object) { return Part::of(object).has_value(); });
+      if (any) {
+        records_[k] = &sections.add(Part::kRecords, kRequired, sizeof(typename Part::Record));
+        if constexpr (requires { typename Part::Shared; })
+          shared_[k] =
+              &sections.add(Part::Shared::kRecords, kRequired, sizeof(typename Part::Shared::Record));
+      }
+      ++k;
+    });
   }
-  /// The index of the object's record, if the object has the part.
-  uint32_t add(const Object& object) {
-    if (!Part::of(object)) return kNoPart;
-    writer_->add(*Part::of(object), object);
-    return count_++;
+
+  void add_shared(const Asset& asset, Section& data) {
+    size_t k = 0;
+    for_each_part([&]<class Part>(Part) {
+      if constexpr (requires { typename Part::Shared; })
+        if (shared_[k])
+          for (const auto& one : Part::Shared::of(asset)) {
+            const typename Part::Shared::Record record = write_record(one, data);
+            shared_[k]->append(&record, 1);
+          }
+      ++k;
+    });
+  }
+
+  /// Sets the numbers of its parts in `record`.
+  void add_object(const Object& object, ObjectRecord& record, Section& data) {
+    size_t k = 0;
+    for_each_part([&]<class Part>(Part) {
+      Part::of(record) = kNoPart;
+      if (Part::of(object)) {
+        const typename Part::Record own = write_record(*Part::of(object), object, data);
+        records_[k]->append(&own, 1);
+        Part::of(record) = counts_[k]++;
+      }
+      ++k;
+    });
   }
 
  private:
-  std::optional<typename Part::Writer> writer_;
-  uint32_t count_ = 0;
-};
-template <class... Part>
-struct WritersOf : WriterOf<Part>... {
-  WritersOf(const Asset& asset, Sections& sections) : WriterOf<Part>(asset, sections)... {}
+  static constexpr size_t kParts = std::tuple_size_v<Parts>;
+  std::array<Section*, kParts> records_{}, shared_{};
+  std::array<uint32_t, kParts> counts_{};
 };
 
-void add_object(const Object& object, OfParts<WritersOf>& writers, Section& objects, Section& names) {
+void add_object(const Object& object, PartSections& parts, Section& objects, Section& names, Section& data) {
   ObjectRecord record{};
-  for_each_part(
-      [&]<class Part>(Part) { Part::of(record) = static_cast<WriterOf<Part>&>(writers).add(object); });
+  parts.add_object(object, record, data);
+  record.level = object.level;
   record.name = names.append_name(object.name);
   std::copy(object.aabb_min.begin(), object.aabb_min.end(), record.aabb_min);
   std::copy(object.aabb_max.begin(), object.aabb_max.end(), record.aabb_max);
   record.bias = object.bias;
   record.triangle_count = object.triangle_count;
+  record.error = object.error;
   objects.append(&record, 1);
 }
 
 void add_instance(const Instance& instance, Section& instances, Section& names) {
   InstanceRecord record{};
-  std::copy(instance.transform.begin(), instance.transform.end(), record.transform);
+  for (size_t a = 0; a < 3; ++a) {
+    const float rounded = instance.transform[4 * a + 3], remainder = instance.remainder[a];
+    record.translation[a] = double(rounded);
+    if (remainder != 0) record.translation[a] += double(remainder);  // adding 0 would lose the sign of -0
+    std::copy_n(instance.transform.begin() + ptrdiff_t(4 * a), 3, record.linear + 3 * a);
+  }
   record.object = instance.object;
   record.name = names.append_name(instance.name);
+  record.user = instance.user;
+  record.mask = instance.mask;
+  record.flags = instance.flags;
+  record.parent = instance.parent;
   instances.append(&record, 1);
 }
 
-/// Adds translations if any is not a float.
-void add_translations(const Asset& asset, Sections& sections) {
-  const auto remains = [](const Instance& instance) { return instance.remainder != std::array<float, 3>{}; };
-  if (!std::any_of(asset.instances.begin(), asset.instances.end(), remains)) return;
-  Section& translations = sections.add(kTranslations, 0);
-  for (const Instance& instance : asset.instances) {
-    Translation translation;
-    for (size_t a = 0; a < 3; ++a)
-      translation.along[a] = double(instance.transform[4 * a + 3]) + double(instance.remainder[a]);
-    translations.append(&translation, 1);
-  }
+template <class Kind>
+void add_optional(const Asset& asset, Sections& sections) {
+  if (std::none_of(asset.objects.begin(), asset.objects.end(), Kind::has)) return;
+  Section& records = sections.add(Kind::kRecords, 0, sizeof(typename Kind::Record));
+  Section& payloads = sections.add(Kind::kValues, kPayloads);
+  for (uint32_t i = 0; i < asset.objects.size(); ++i)
+    if (Kind::has(asset.objects[i])) records.append(Kind::write(asset.objects[i], i, payloads));
 }
 
 /// Small tables first: one page holds everything that a tool needs to describe the file.
 void fill(const Asset& asset, Sections& sections) {
-  Section& objects = sections.add(kObjects);
-  Section& instances = sections.add(kInstances);
-  Section& names = sections.add(kNames);
-  OfParts<WritersOf> writers(asset, sections);
-  for (const Object& object : asset.objects) add_object(object, writers, objects, names);
+  Section& objects = sections.add(kObjects, kRequired, sizeof(ObjectRecord));
+  Section& instances = sections.add(kInstances, kRequired, sizeof(InstanceRecord));
+  Section& names = sections.add(kNames, kRequired);
+  PartSections parts(asset, sections);
+  Section& data = sections.add(kData, kRequired | kPayloads);
+  parts.add_shared(asset, data);
+  for (const Object& object : asset.objects) add_object(object, parts, objects, names, data);
   for (const Instance& instance : asset.instances) add_instance(instance, instances, names);
-  add_translations(asset, sections);
-  std::optional<PrimaryWriter> primaries;
-  for (uint32_t i = 0; i < asset.objects.size(); ++i) {
-    if (!asset.objects[i].primary) continue;
-    if (!primaries) primaries.emplace(sections);
-    primaries->add(*asset.objects[i].primary, i);
-  }
-  std::optional<SourceTrianglesWriter> sources;
-  for (uint32_t i = 0; i < asset.objects.size(); ++i) {
-    if (!asset.objects[i].source_triangles) continue;
-    if (!sources) sources.emplace(sections);
-    sources->add(*asset.objects[i].source_triangles, i);
-  }
-  std::optional<ColorsWriter> colors;
-  for (uint32_t i = 0; i < asset.objects.size(); ++i) {
-    if (!asset.objects[i].colors) continue;
-    if (!colors) colors.emplace(sections);
-    colors->add(*asset.objects[i].colors, i);
-  }
+  for_each_optional([&]<class Kind>(Kind) { add_optional<Kind>(asset, sections); });
   if (!asset.metadata.empty())
     sections.add(kMetadata, 0).append(asset.metadata.data(), asset.metadata.size());
+  for (const KeptSection& kept : asset.kept)
+    sections.add(kept.type, kept.flags, kept.record_size).append(kept.bytes);
 }
 
 uint64_t table_end(const Sections& sections) {
@@ -160,9 +177,10 @@ EncodedAsset encode_and_view(const Asset& asset) {
   fill(asset, sections);
   std::vector<std::byte> file(memory_size(table_end(sections)));
   size_t at = sizeof(Header);
-  for (const auto& [type, flags, section] : sections.entries()) {
+  for (const auto& [type, flags, record_size, section] : sections.entries()) {
     file.resize(memory_size(aligned(file.size())));
-    store(file, at, SectionEntry{type, flags, file.size(), section.size(), crc32c(section.bytes()), 0});
+    const uint32_t crc = flags & kPayloads ? 0 : crc32c(section.bytes());
+    store(file, at, SectionEntry{type, flags, file.size(), section.size(), crc, record_size});
     file.insert(file.end(), section.bytes().begin(), section.bytes().end());
     at += sizeof(SectionEntry);
   }
@@ -172,12 +190,17 @@ EncodedAsset encode_and_view(const Asset& asset) {
   header.file_bytes = file.size();
   header.section_count = uint32_t(sections.entries().size());
   header.flags = asset.places_nothing ? uint32_t{kPlacesNothing} : 0;
+  header.arithmetic = kArithmetic;
+  header.prover = asset.prover;
   header.table_crc = crc32c(std::span(file).subspan(sizeof(Header), at - sizeof(Header)));
   header.header_crc = crc32c(std::as_bytes(std::span(&header, 1)));
   store(file, 0, header);
 
   try {
     AssetView view = read_asset(file, "the asset to be written");
+    for (const ObjectView& object : view.objects)
+      if (object.unsupported)
+        throw Error(Status::internal, "object '" + std::string(object.name) + "' " + object.unsupported);
     return {std::move(file), std::move(view)};
   } catch (const Error& error) {
     throw Error(Status::internal, error.what());

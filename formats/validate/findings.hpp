@@ -46,7 +46,10 @@ enum class Severity : uint8_t {
   ADVICE(912, bias_large, warning, "the bias is more than a tenth of the diagonal of the bounds")            \
   ADVICE(913, triangle_count, warning, "holds more triangles with an area than its record says of the mesh") \
   ADVICE(914, section_skipped, note, "optional, and newer than this build: not looked at")                   \
-  ADVICE(915, kind_says_less, note, "a cell says less than its planes and its neighbours prove")
+  ADVICE(915, kind_says_less, note, "a cell says less than its planes and its neighbours prove")             \
+  ADVICE(916, object_unsupported, warning, "this build cannot answer it, and did not look at it")            \
+  ADVICE(917, proves_nothing, warning, "none of its answers is certain: nothing proves its planes")          \
+  ADVICE(918, records_longer, note, "its records are longer than this build knows")
 
 enum class Advice : uint16_t {
 #define NIF_ADVICE_NUMBER(number, name, severity, what) name = number,

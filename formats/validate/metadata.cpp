@@ -253,7 +253,7 @@ class MetadataCheck {
                       "is not what the object's record says");
     };
     differs("name", std::string(object.name));
-    differs("encoding", format::encoding_of(object).name);
+    if (!object.unsupported) differs("encoding", format::encoding_of(object).name);
     differs("bounds", Json::array({object.aabb_min, object.aabb_max}));
     differs("bias", object.bias);
     if (const kernels::PlanesField* grid = format::grid_of(object)) differs("voxels", grid->voxels);

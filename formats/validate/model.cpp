@@ -110,6 +110,8 @@ void check_tree(const format::ObjectView& object, const kernels::TrianglesField&
 
 void check_object(const format::ObjectView& object, uint32_t index, Findings& findings) {
   const std::string place = object_place(index);
+  if (object.unsupported)
+    return findings.add(Advice::object_unsupported, place, std::string("it ") + object.unsupported);
   double diagonal = 0;
   for (size_t a = 0; a < 3; ++a) {
     const double side = double(object.aabb_max[a]) - double(object.aabb_min[a]);
@@ -130,26 +132,28 @@ void check_networks(const format::AssetView& asset, Findings& findings) {
     return std::string("section ") + section + ", record " + std::to_string(index);
   };
   std::set<uint32_t> mlps, spherical;
+  const bool all_known = std::ranges::none_of(
+      asset.objects, [](const format::ObjectView& object) { return object.unsupported != nullptr; });
   for (const format::ObjectView& object : asset.objects) {
     if (object.network) mlps.insert(object.network->mlp);
     if (object.spherical) spherical.insert(object.spherical->network);
   }
   for (size_t i = 0; i < asset.mlps.size(); ++i) {
-    if (!mlps.contains(uint32_t(i))) findings.add(Advice::network_unused, place("MLPS", i));
+    if (all_known && !mlps.contains(uint32_t(i))) findings.add(Advice::network_unused, place("MLPS", i));
     const kernels::Network& network = asset.mlps[i].network;
     const kernels::Network::Layer& last = network.layers[network.layer_count - 1];
     if (std::all_of(last.weights, last.weights + last.inputs, [](int8_t w) { return w == 0; }))
       findings.add(Advice::network_constant, place("MLPS", i));
   }
   for (size_t i = 0; i < asset.spherical_networks.size(); ++i)
-    if (!spherical.contains(uint32_t(i))) findings.add(Advice::network_unused, place("SNET", i));
+    if (all_known && !spherical.contains(uint32_t(i))) findings.add(Advice::network_unused, place("SNET", i));
 }
 
 void check_instances(const format::AssetView& asset, Findings& findings) {
-  std::vector<bool> placed(asset.objects.size(), asset.instances.empty() && !asset.places_nothing);
+  std::vector<bool> placed(asset.objects.size());
+  asset.for_each_placed([&](uint32_t object, const format::InstanceView*) { placed[object] = true; });
   for (uint32_t i = 0; i < asset.instances.size(); ++i) {
     const format::InstanceView& instance = asset.instances[i];
-    placed[instance.object] = true;
     kernels::WorldToObject transform;
     bool well_conditioned = false;
     if (!kernels::invert(instance.transform.data(), transform, well_conditioned))
@@ -158,7 +162,7 @@ void check_instances(const format::AssetView& asset, Findings& findings) {
       findings.add(Advice::transform_skewed, instance_place(i));
   }
   for (uint32_t i = 0; i < placed.size(); ++i)
-    if (!placed[i]) findings.add(Advice::object_not_placed, object_place(i));
+    if (!placed[i] && asset.objects[i].level == 0) findings.add(Advice::object_not_placed, object_place(i));
 }
 
 template <class Views, class PlaceOf>
@@ -170,23 +174,23 @@ void check_names(const Views& views, const PlaceOf& place_of, Findings& findings
                    "has the name of one before it, '" + std::string(views[i].name) + "'");
 }
 
-void check_sections(const format::AssetView& asset, Findings& findings) {
-  std::set<uint32_t> known = {format::kObjects,       format::kInstances,     format::kNames,
-                              format::kMetadata,      format::kPrimaries,     format::kPrimaryValues,
-                              format::kSourceRecords, format::kSourceNumbers, format::kColorRecords,
-                              format::kColorValues,   format::kTranslations};
-  format::for_each_part([&](auto part) {
-    for (const uint32_t own : part.kSections) known.insert(own);
-  });
-  for (const format::SectionView& section : asset.sections)
-    if (!known.contains(section.type))
+/// What this build does not know, and so did not look at.
+void check_unknown(const format::AssetView& asset, Findings& findings) {
+  for (const format::SectionView& section : asset.sections) {
+    const format::KnownSection* known = format::known_section(section.type);
+    if (!known)
       findings.add(Advice::section_skipped, "section " + format::section_name(section.type));
+    else if (section.record_size > known->record_bytes && known->record_bytes != 0)
+      findings.add(Advice::records_longer, "section " + format::section_name(section.type),
+                   "its records have " + std::to_string(section.record_size) +
+                       " bytes, of which this build knows " + std::to_string(known->record_bytes));
+  }
 }
 
 }  // namespace
 
 void check_model(const format::AssetView& asset, Findings& findings) {
-  check_sections(asset, findings);
+  check_unknown(asset, findings);
   for (uint32_t i = 0; i < asset.objects.size(); ++i) check_object(asset.objects[i], i, findings);
   check_names(asset.objects, object_place, findings);
   check_networks(asset, findings);

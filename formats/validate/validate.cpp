@@ -20,7 +20,9 @@ void check_checksums(std::span<const std::byte> bytes, Findings& findings) {
   for (uint32_t i = 0; i < header.section_count; ++i) {
     format::SectionEntry entry;
     std::memcpy(&entry, bytes.data() + sizeof(header) + i * sizeof(entry), sizeof(entry));
-    if (entry.offset > bytes.size() || entry.bytes > bytes.size() - entry.offset) continue;
+    if ((entry.flags & format::kPayloads) || entry.offset > bytes.size() ||
+        entry.bytes > bytes.size() - entry.offset)
+      continue;
     if (format::crc32c(bytes.subspan(entry.offset, entry.bytes)) == entry.crc) continue;
     findings.add(uint16_t(format::Rule::section_checksum),
                  "section " + format::section_name(entry.type) + " (entry " + std::to_string(i) + ")");
@@ -50,8 +52,11 @@ Findings validate(std::span<const std::byte> bytes, std::string_view file_name) 
     return findings;
   }
   check_metadata(*asset, findings);
+  if (!format::proves(asset->prover)) findings.add(Advice::proves_nothing, "header");
   check_model(*asset, findings);
-  if (findings.count_of(uint16_t(Advice::section_skipped)) == 0 && !written_by_us(*asset))
+  const auto found = [&](Advice advice) { return findings.count_of(uint16_t(advice)) != 0; };
+  if (!found(Advice::section_skipped) && !found(Advice::records_longer) &&
+      !found(Advice::object_unsupported) && !written_by_us(*asset))
     findings.add(Advice::other_writer, "");
   return findings;
 }

@@ -43,7 +43,7 @@ NIF_HOST_DEVICE NIF_LONG_INLINE SceneHit intersect_scene(const Thread& thread, c
   BoxRay prepared;
   const bool askable = prepare_box_ray(ray, prepared),
              alone = scene.instance_count == 1 && lets_in(scene, query, i, scene.sole);
-  if (!askable && !(ray.tmin > ray.tmax)) forget_proof(nearest);
+  if ((!askable && !(ray.tmin > ray.tmax)) || scene.unproven) forget_proof(nearest);
   Cursor cursor{0, 0};
   if (!alone) {
     if (!askable || scene.instance_count == 0) return nearest;

@@ -89,6 +89,8 @@ NIF_HOST_DEVICE NIF_LONG_INLINE ProvenRay prove_scene(const Thread& thread, cons
   } else if (has_way) {
     const float infinity = bits_as<float>(0x7f800000u);
     proven.open = {infinity, -infinity};
+    if (scene.unproven) proven.open = all_of(ray);
+    proven.instance = kNoInstance;
     const auto ask = [&](uint32_t instance, ObjectAnswer& answer) {
       OpenInterval open;
       answer = prove_instance(thread, scene, scene.instances[instance], ray, row, open);

@@ -36,6 +36,7 @@ struct SceneArrays {
   const SceneObject* objects;
   uint32_t instance_count;  ///< instances that rays can meet: 0, 1, or more
   uint32_t sole;            ///< the instance, if there is 1
+  uint32_t unproven;        ///< 1: rays can meet an instance whose file proves nothing
   SceneLayout layout;
 };
 

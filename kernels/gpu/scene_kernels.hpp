@@ -38,7 +38,11 @@ template <uint32_t kKinds, bool kDetails, class Thread>
 NIF_HOST_DEVICE ObjectAnswer ask_instance(const Thread& thread, const SceneArrays& scene,
                                           const PlacedInstance& instance, const Segment& ray, uint32_t* row) {
   const SceneObject& object = scene.objects[instance.object];
-  if (instance.identity) return ask_object<kKinds>(thread, object, ray, row);
+  if (instance.identity) {
+    ObjectAnswer answer = ask_object<kKinds>(thread, object, ray, row);
+    if (kDetails && instance.unproven) answer.certain = false;
+    return answer;
+  }
   const Segment local = to_object(instance.to_object, ray);
   ObjectAnswer answer = ask_object<kKinds>(thread, object, local, row);
   to_world<kDetails>(instance, object.reach_scale, ray, local, answer);

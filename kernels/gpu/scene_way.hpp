@@ -10,9 +10,7 @@ namespace nif::kernels::gpu {
 template <bool kDetails>
 NIF_HOST_DEVICE void to_world(const PlacedInstance& instance, float reach_scale, const Segment& world,
                               const Segment& local, ObjectAnswer& answer) {
-  if (kDetails && !instance.identity && answer.certain && !(world.tmin > world.tmax))
-    answer.certain =
-        instance.well_conditioned && stays_certain(instance.to_object, reach_scale, world, local);
+  if (kDetails && answer.certain) answer.certain = stays_certain(instance, reach_scale, world, local);
 }
 
 /// A ray's progress from instance to instance, and the answers so far.
@@ -64,7 +62,9 @@ NIF_HOST_DEVICE NIF_INLINE bool follow_scene(const SceneArrays& scene, const Seg
 NIF_HOST_DEVICE inline bool start_way(const SceneArrays& scene, const Segment& ray, BoxRay& prepared,
                                       SceneWay& way, SceneAnswer& result) {
   const bool askable = prepare_box_ray(ray, prepared);
-  result.certain = askable || ray.tmin > ray.tmax;
+  result.certain = (askable || ray.tmin > ray.tmax) && !scene.unproven;
+  // No ray is certain to miss what nothing proves, not even if it misses all boxes.
+  if (scene.unproven) way.combined.add(kCertainLogit, false, {}, false);
   if (!askable || scene.instance_count == 0) return false;
   way.cursor = {children_met(scene.nodes[0], ray, prepared), 0};
   return true;

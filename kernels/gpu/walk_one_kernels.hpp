@@ -61,6 +61,7 @@ NIF_HOST_DEVICE void pipeline_walk_one(const Thread& thread, const PipelineWork&
     bool open = lane.state == WalkingLane::kOver;
     if (open && lane.walk.verdict != Verdict::ambiguous) {
       ObjectAnswer answer = answer_of(lane.walk);
+      if (kDetails && instance.unproven) answer.certain = false;
       if (kDetails && !instance.identity) {
         const Segment world = load_ray(query, lane.ray);
         to_world<kDetails>(instance, object.reach_scale, world, to_object(instance.to_object, world), answer);

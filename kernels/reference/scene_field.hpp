@@ -25,7 +25,8 @@ static_assert(sizeof(TopNode) == 128);
 /// One placed object, as compact as a scene with very many needs it.
 struct PlacedInstance {
   WorldToObject to_object;
-  uint32_t object : 30;           ///< index among the scene's objects
+  uint32_t object : 29;           ///< index among the scene's objects
+  uint32_t unproven : 1;          ///< its file proves nothing: no answer about it is certain
   uint32_t identity : 1;          ///< rays need no transform
   uint32_t well_conditioned : 1;  ///< the inverse is as good as its rounding to float
   uint32_t place;  ///< of its box in the hierarchy: kTopWidth * node + child; kNoPlace if it has none
@@ -34,11 +35,12 @@ struct PlacedInstance {
 static_assert(sizeof(PlacedInstance) == 72);
 
 /// Does an answer that is certain for the ray in the instance's object space hold in the world? `reach_scale`
-/// is the object's.
+/// is the object's. Not if the file proves nothing.
 NIF_HOST_DEVICE inline bool stays_certain(const PlacedInstance& instance, float reach_scale,
                                           const Segment& world, const Segment& local) {
-  return instance.identity || world.tmin > world.tmax ||
-         (instance.well_conditioned && stays_certain(instance.to_object, reach_scale, world, local));
+  return !instance.unproven &&
+         (instance.identity || world.tmin > world.tmax ||
+          (instance.well_conditioned && stays_certain(instance.to_object, reach_scale, world, local)));
 }
 
 }  // namespace nif::kernels

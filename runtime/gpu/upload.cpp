@@ -54,6 +54,7 @@ kernels::HitDetails add_details(kernels::HitDetails details, Arena& arena) {
 Arena lay_out(std::vector<PlannedObject>& objects, const unsigned char* base) {
   Arena arena(base);
   for (PlannedObject& object : objects) {
+    if (!object.upload) continue;
     object.card.object.field = object.card.list.field = object.upload->add_to(arena);
     object.card.object.details = add_details(object.details, arena);
   }
@@ -110,13 +111,9 @@ void lay_out(Arena& arena, const GpuSceneView& view, GpuScene& scene) {
   const std::vector<kernels::gpu::PipelineList> lists = make_lists(objects, placed, used, scene.lists);
   const bool alone = view.sole != kernels::kNoInstance;
   const auto several = uint32_t(view.node_count > 0 ? std::max(view.instance_count, uint64_t{2}) : 0);
-  scene.arrays = {view.nodes,
-                  view.instances,
-                  view.users,
-                  placed.data(),
-                  alone ? 1 : several,
-                  alone ? view.sole : 0,
-                  kernels::gpu::make_scene_layout(words)};
+  scene.arrays = {
+      view.nodes,          view.instances,        view.users,    placed.data(),
+      alone ? 1 : several, alone ? view.sole : 0, view.unproven, kernels::gpu::make_scene_layout(words)};
   scene.lists.shared_bytes[kernels::gpu::kAlone] = scene.arrays.layout.bytes;
   scene.lists.lists = lists.data();
   arena.move(scene.arrays.nodes, view.node_count);
@@ -137,6 +134,11 @@ std::unique_ptr<GpuAsset> copy_asset(GpuDevice& device, const kernels::AnyField*
                                      const kernels::HitDetails* details, uint32_t count) {
   std::vector<PlannedObject> objects;
   for (uint32_t i = 0; i < count; ++i) {
+    const auto* triangles = std::get_if<kernels::TrianglesField>(&fields[i]);
+    if (triangles && triangles->nodes == nullptr) {  // not supported: no instance names it
+      objects.emplace_back();
+      continue;
+    }
     std::unique_ptr<FieldUpload> upload = make_upload(fields[i]);
     CardObject card = upload->plan(device.settings.half != 0);
     card.object.calibration = kernels::calibration(fields[i]);

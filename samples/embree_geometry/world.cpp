@@ -77,7 +77,7 @@ std::vector<Part> parts_of(const nifkit::Asset& asset) {
   }
   if (parts.empty() && !info.places_nothing) {
     for (uint32_t object = 0; object < info.object_count; ++object)
-      parts.push_back({object, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}});
+      if (asset.object(object).level == 0) parts.push_back({object, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}});
   }
   return parts;
 }

@@ -60,7 +60,12 @@ int make_world(NifDevice device, NifAsset asset, uint32_t copies, int scatter, W
   if (nifGetAssetInfo(asset, &about) != NIF_OK) return failed("asset");
   world->copies = copies;
   world->scatter = scatter;
-  world->per_copy = about.instance_count > 0 ? about.instance_count : about.object_count;
+  world->per_copy = about.instance_count;
+  for (i = 0; i < about.object_count && about.instance_count == 0; ++i) {
+    NifObjectInfo object = {.struct_size = sizeof(object)};
+    if (nifGetObjectInfo(asset, i, &object) != NIF_OK) return failed("asset");
+    if (object.level == 0) ++world->per_copy; /* the others are coarser stand-ins */
+  }
   world->own = calloc(world->per_copy, sizeof(*world->own));
   world->transforms = calloc((size_t)copies * world->per_copy, sizeof(*world->transforms));
   if (world->own == NULL || world->transforms == NULL) {

@@ -50,7 +50,9 @@ typedef struct NifAssetInfo {
   uint64_t metadata_bytes;
   uint64_t gpu_bytes;
   uint32_t places_nothing;
-  uint32_t reserved;
+  uint32_t arithmetic;
+  uint32_t prover;
+  uint32_t proves;
 } NifAssetInfo;
 NifError nifGetAssetInfo(NifAsset asset, NifAssetInfo* info);
 
@@ -72,7 +74,9 @@ typedef struct NifObjectInfo {
   uint32_t proves;
   uint32_t source_triangles;
   uint32_t colors;
-  uint32_t reserved;
+  uint32_t level;
+  float error;
+  const char* unsupported;
 } NifObjectInfo;
 NifError nifGetObjectInfo(NifAsset asset, uint32_t object, NifObjectInfo* info);
 

@@ -142,7 +142,7 @@ void compare(const mesh::Scene& scene, const bake::BakeResult& result, uint32_t 
   std::vector<std::map<uint32_t, uint32_t>> places;  // [object]: from source number to number in the object
   std::vector<std::vector<uint32_t>> kept;
   for (uint32_t o = 0; o < view.objects.size(); ++o) {
-    const format::SourceTrianglesView* source = view.source_triangles_of(o);
+    const format::NumbersView* source = view.numbers_of(o, format::kSourceTriangles);
     ASSERT_NE(source, nullptr);
     const mesh::Mesh& mesh = *prepared.objects[o].source;
     EXPECT_EQ(source->triangles, mesh.triangles.size());
@@ -326,7 +326,7 @@ TEST(SourceTriangles, AreLeftOutUnlessAskedFor) {
   const bake::BakeResult with = bake_quietly(scene, options);
   options.source_triangles = false;
   const bake::BakeResult without = bake_quietly(scene, options);
-  EXPECT_FALSE(without.asset.objects[0].source_triangles.has_value());
+  EXPECT_FALSE(without.asset.objects[0].numbers.contains(format::kSourceTriangles));
   EXPECT_EQ(without.asset.metadata.find("source_triangles"), std::string::npos);
   EXPECT_NE(with.asset.metadata.find("source_triangles"), std::string::npos);
   // Everything else stays the same.
@@ -352,7 +352,7 @@ TEST(SourceTriangles, CountForTheSizeLimit) {
   EXPECT_EQ(status_of(scene, options), Status::target_not_met);
   options.encoding = "auto";
   options.effort = 0.01;
-  EXPECT_FALSE(bake_quietly(scene, options).asset.objects[0].source_triangles.has_value());
+  EXPECT_FALSE(bake_quietly(scene, options).asset.objects[0].numbers.contains(format::kSourceTriangles));
 }
 
 }  // namespace

@@ -103,10 +103,9 @@ TEST(Coded, HasOneFormOfGivenContents) {
     const Bytes file = format::encode(coded_asset(6 + seed, 1, seed % 2 ? 5 : 9));
     test::Random random(seed);
     for (const uint32_t type :
-         {uint32_t{format::kOccupancy}, uint32_t{format::kCells}, uint32_t{format::kFeatures},
-          uint32_t{format::kPlanes}, uint32_t{format::kNetworks}}) {
+         {uint32_t{format::kData}, uint32_t{format::kPlanes}, uint32_t{format::kNetworks}}) {
       const auto section = test::section_entry(file, test::find_section(file, type));
-      for (int change = 0; change < 150 && section.bytes > 0; ++change) {
+      for (int change = 0; change < (type == format::kData ? 450 : 150) && section.bytes > 0; ++change) {
         Bytes changed = file;
         const bool at_end = random.below(4) == 0;
         const uint64_t at =
@@ -159,22 +158,13 @@ class CodedFile : public testing::Test {
     }
   }
 
-  /// The file with another payload in a section.
-  Bytes with(uint32_t section, const std::function<void(Bytes&)>& change) const {
+  /// The file with another payload.
+  Bytes with(const test::PayloadKind& kind, const std::function<void(Bytes&)>& change) const {
     std::vector<test::Part> parts = test::parts_of(file_);
-    size_t bytes = 0;
-    for (test::Part& part : parts) {
-      if (part.type != section) continue;
-      change(part.content);
-      bytes = part.content.size();
-    }
-    const Bytes file = test::file_of(file_, parts);
-    if (section == format::kFeatures)
-      return test::with_record<NetworkRecord>(file, format::kNetworks, 0,
-                                              [&](auto& record) { record.features.bytes = bytes; });
-    return test::with_record<PlanesRecord>(file, format::kPlanes, 0, [&](auto& record) {
-      (section == format::kOccupancy ? record.occupancy : record.cells).bytes = bytes;
-    });
+    Bytes payload = test::payload_of(parts, kind, 0);
+    change(payload);
+    test::set_payload(parts, kind, 0, payload);
+    return test::file_of(file_, parts);
   }
   Bytes with_planes(const std::function<void(PlanesRecord&)>& change) const {
     return test::with_record<PlanesRecord>(file_, format::kPlanes, 0, change);
@@ -194,12 +184,16 @@ class CodedFile : public testing::Test {
   Bytes file_;
 };
 
-constexpr uint32_t kPayloadSections[] = {format::kOccupancy, format::kCells, format::kFeatures};
+constexpr std::pair<const char*, test::PayloadKind> kCodedPayloads[] = {
+    {"occupancy", test::payload::kOccupancy},
+    {"cells", test::payload::kCells},
+    {"features", test::payload::kFeatures}};
 
 TEST_F(CodedFile, ThatEndsEarlyOrLateIsRefused) {
-  for (const uint32_t section : kPayloadSections) {
-    SCOPED_TRACE(format::section_name(section));
-    const size_t bytes = test::section_entry(file_, test::find_section(file_, section)).bytes;
+  for (const auto& [name, section] : kCodedPayloads) {
+    SCOPED_TRACE(name);
+    std::vector<test::Part> parts = test::parts_of(file_);
+    const size_t bytes = test::payload_of(parts, section, 0).size();
     for (const size_t missing : {1, 2, 4})
       expect_refused(with(section, [&](Bytes& payload) { payload.resize(bytes - missing); }),
                      "is not what an encoder makes");

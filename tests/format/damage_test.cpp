@@ -25,6 +25,8 @@ Bytes small_file(uint64_t seed) {
   options.sources = uint32_t(seed % 2 + seed % 3);
   options.colors = uint32_t(seed % 4 / 2);
   options.translations = seed % 5 == 1;
+  options.numbers = options.settings = seed % 2 == 0;
+  options.levels = uint32_t(seed % 3);
   return format::encode(test::random_asset(seed, options));
 }
 
@@ -102,8 +104,8 @@ TEST(Damage, RandomWordsWithRightChecksums) {
                                  0x7fc00000, 0xff800000, 0xfffffff0, 0xffffffff};
   test::Random random(6);
   const Bytes file = small_file(6);
-  // The records and tables: everything before the weights.
-  const size_t end = test::section_entry(file, test::find_section(file, format::kWeights)).offset;
+  // The records and tables: everything before the payloads.
+  const size_t end = test::section_entry(file, test::find_section(file, format::kData)).offset;
   for (size_t at = 0; at + 4 <= end; at += 4)
     for (const uint32_t word : kWords) {
       Bytes changed = file;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 #include <cstring>
 #include <functional>
 #include <memory>
@@ -61,32 +62,92 @@ inline uint32_t find_section(const Bytes& file, uint32_t type) {
   return i;
 }
 
-/// Recomputes every checksum, as far as the file's lengths allow.
-inline void fix_checksums(Bytes& file) {
-  if (file.size() < sizeof(format::Header)) return;
-  auto header = load<format::Header>(file, 0);
-  const uint64_t room = (file.size() - sizeof(header)) / sizeof(format::SectionEntry);
-  const auto count = uint32_t(std::min<uint64_t>(header.section_count, room));
-  for (uint32_t i = 0; i < count; ++i) {
-    auto entry = section_entry(file, i);
-    if (entry.offset > file.size() || entry.bytes > file.size() - entry.offset) continue;
-    entry.crc = format::crc32c(std::span(file).subspan(entry.offset, entry.bytes));
-    store_entry(file, i, entry);
-  }
-  header.table_crc = format::crc32c(
-      std::span<const std::byte>(file).subspan(sizeof(header), count * sizeof(format::SectionEntry)));
-  header.header_crc = 0;
-  header.header_crc = format::crc32c(std::as_bytes(std::span(&header, 1)));
-  store(file, 0, header);
-}
+/// A payload that records of one type have.
+struct PayloadKind {
+  uint32_t records, values;  ///< types of the sections with the records and with their payloads
+  size_t at;                 ///< of the Payload in a record
+};
+namespace payload {
+inline constexpr PayloadKind kWeights{format::kMlps, format::kData, offsetof(format::MlpRecord, weights)},
+    kPairWeights{format::kSphericalNetworks, format::kData,
+                 offsetof(format::SphericalNetworksRecord, weights)},
+    kOccupancy{format::kPlanes, format::kData, offsetof(format::PlanesRecord, occupancy)},
+    kCells{format::kPlanes, format::kData, offsetof(format::PlanesRecord, cells)},
+    kTree{format::kTriangles, format::kData, offsetof(format::TrianglesRecord, tree)},
+    kCorners{format::kNetworks, format::kData, offsetof(format::NetworkRecord, brick_corners)},
+    kFeatures{format::kNetworks, format::kData, offsetof(format::NetworkRecord, features)},
+    kGrids{format::kSphericalRecords, format::kData, offsetof(format::SphericalRecord, grids)},
+    kPrimaryValues{format::kPrimaries, format::kPrimaryValues, offsetof(format::PrimaryRecord, values)},
+    kNumbers{format::kNumbersRecords, format::kNumbersValues, offsetof(format::NumbersRecord, numbers)},
+    kColors{format::kColorRecords, format::kColorValues, offsetof(format::ColorsRecord, values)};
+inline constexpr PayloadKind kPayloadKinds[] = {kWeights,       kPairWeights, kOccupancy, kCells,
+                                                kTree,          kCorners,     kFeatures,  kGrids,
+                                                kPrimaryValues, kNumbers,     kColors};
+}  // namespace payload
 
 /// One section of a file, with any content.
 struct Part {
   uint32_t type, flags;
   Bytes content;
+  uint32_t record_size = 0;
+
+  size_t count() const { return record_size ? content.size() / record_size : 0; }
 };
 
-/// The sections in the table; empty if one of them lies outside of the file.
+/// Null if there is none.
+inline Part* find_part(std::vector<Part>& parts, uint32_t type) {
+  const auto at = std::ranges::find(parts, type, &Part::type);
+  return at == parts.end() ? nullptr : &*at;
+}
+/// The parts have it.
+inline Part& section_of(std::vector<Part>& parts, uint32_t type) { return *find_part(parts, type); }
+
+/// Calls each(records, place of the Payload in their content, section with the payloads) for those whose
+/// sections and records are there.
+template <class Each>
+void for_each_payload(std::vector<Part>& parts, const Each& each) {
+  for (const PayloadKind& kind : payload::kPayloadKinds) {
+    Part *records = find_part(parts, kind.records), *values = find_part(parts, kind.values);
+    if (!records || !values || records->record_size < kind.at + sizeof(format::Payload)) continue;
+    for (size_t i = 0; i < records->count(); ++i) each(*records, i * records->record_size + kind.at, *values);
+  }
+}
+
+inline Bytes payload_of(std::vector<Part>& parts, const PayloadKind& kind, size_t index) {
+  const Part& records = section_of(parts, kind.records);
+  const auto payload = load<format::Payload>(records.content, index * records.record_size + kind.at);
+  const auto from = std::span(section_of(parts, kind.values).content).subspan(payload.offset, payload.bytes);
+  return {from.begin(), from.end()};
+}
+
+/// Replaces a payload. Those after it move, and records say so; checksums are left to file_of().
+inline void set_payload(std::vector<Part>& parts, const PayloadKind& kind, size_t index,
+                        const Bytes& content) {
+  Part &own = section_of(parts, kind.records), &values = section_of(parts, kind.values);
+  const size_t own_at = index * own.record_size + kind.at;
+  const auto before = load<format::Payload>(own.content, own_at);
+  const uint64_t end = before.offset + before.bytes,
+                 room = std::min<uint64_t>(format::aligned(end), values.content.size()),
+                 start = format::aligned(before.offset + content.size());
+  Bytes rest(values.content.begin() + ptrdiff_t(room), values.content.end());
+  values.content.resize(before.offset);
+  values.content.insert(values.content.end(), content.begin(), content.end());
+  if (!rest.empty()) values.content.resize(start);
+  values.content.insert(values.content.end(), rest.begin(), rest.end());
+  for_each_payload(parts, [&](Part& records, size_t at, Part& in) {
+    if (&in != &values) return;
+    auto payload = load<format::Payload>(records.content, at);
+    if (&records == &own && at == own_at)
+      payload.bytes = content.size();
+    else if (payload.offset > before.offset || (payload.offset == before.offset && before.bytes == 0))
+      payload.offset += start - format::aligned(end);
+    if (payload.bytes == 0 && payload.offset > in.content.size() && payload.offset <= start)
+      in.content.resize(payload.offset);
+    store(records.content, at, payload);
+  });
+}
+
+/// The sections that the table names; none where one of them lies outside of the file.
 inline std::vector<Part> parts_of(const Bytes& file) {
   std::vector<Part> parts;
   if (file.size() < sizeof(format::Header)) return parts;
@@ -97,18 +158,61 @@ inline std::vector<Part> parts_of(const Bytes& file) {
     const auto entry = section_entry(file, i);
     if (entry.offset > file.size() || entry.bytes > file.size() - entry.offset) return {};
     const auto content = std::span(file).subspan(entry.offset, entry.bytes);
-    parts.push_back({entry.type, entry.flags, {content.begin(), content.end()}});
+    parts.push_back({entry.type, entry.flags, {content.begin(), content.end()}, entry.record_size});
   }
   return parts;
 }
 
-/// A file with these sections and the header of `before`; lengths, offsets and checksums are correct.
+/// Computes every checksum anew, as far as the file's lengths allow: of payloads, of sections, of the shell.
+inline void fix_checksums(Bytes& file) {
+  if (file.size() < sizeof(format::Header)) return;
+  auto header = load<format::Header>(file, 0);
+  const uint64_t room = (file.size() - sizeof(header)) / sizeof(format::SectionEntry);
+  const auto count = uint32_t(std::min<uint64_t>(header.section_count, room));
+  const auto within = [](uint64_t offset, uint64_t bytes, uint64_t size) {
+    return offset <= size && bytes <= size - offset;
+  };
+  const auto entry_of = [&](uint32_t type) {
+    for (uint32_t i = 0; i < count; ++i)
+      if (const auto entry = section_entry(file, i);
+          entry.type == type && within(entry.offset, entry.bytes, file.size()))
+        return entry;
+    return format::SectionEntry{};
+  };
+  for (const PayloadKind& kind : payload::kPayloadKinds) {
+    const auto records = entry_of(kind.records), values = entry_of(kind.values);
+    if (records.record_size < kind.at + sizeof(format::Payload) || values.offset == 0) continue;
+    for (uint64_t i = 0; i < records.bytes / records.record_size; ++i) {
+      const uint64_t at = records.offset + i * records.record_size + kind.at;
+      auto payload = load<format::Payload>(file, at);
+      if (!within(payload.offset, payload.bytes, values.bytes)) continue;
+      payload.crc = format::crc32c(std::span(file).subspan(values.offset + payload.offset, payload.bytes));
+      store(file, at, payload);
+    }
+  }
+  for (uint32_t i = 0; i < count; ++i) {
+    auto entry = section_entry(file, i);
+    if (!within(entry.offset, entry.bytes, file.size())) continue;
+    entry.crc = entry.flags & format::kPayloads
+                    ? 0
+                    : format::crc32c(std::span(file).subspan(entry.offset, entry.bytes));
+    store_entry(file, i, entry);
+  }
+  header.table_crc = format::crc32c(
+      std::span<const std::byte>(file).subspan(sizeof(header), count * sizeof(format::SectionEntry)));
+  header.header_crc = 0;
+  header.header_crc = format::crc32c(std::as_bytes(std::span(&header, 1)));
+  store(file, 0, header);
+}
+
+/// A file of these sections with the header of `before`; lengths, offsets and checksums are right.
 inline Bytes file_of(const Bytes& before, const std::vector<Part>& parts) {
   Bytes file(sizeof(format::Header) + parts.size() * sizeof(format::SectionEntry));
   for (uint32_t i = 0; i < parts.size(); ++i) {
     file.resize(format::aligned(file.size()));
     const Bytes& content = parts[i].content;
-    store_entry(file, i, {parts[i].type, parts[i].flags, file.size(), content.size(), 0, 0});
+    store_entry(file, i,
+                {parts[i].type, parts[i].flags, file.size(), content.size(), 0, parts[i].record_size});
     file.insert(file.end(), content.begin(), content.end());
   }
   auto header = load<format::Header>(before, 0);
@@ -119,16 +223,31 @@ inline Bytes file_of(const Bytes& before, const std::vector<Part>& parts) {
   return file;
 }
 
-/// Changes one record in place and corrects the checksums.
+/// Where a payload's bytes begin in a file.
+inline size_t payload_at(const Bytes& file, const PayloadKind& kind, size_t index) {
+  const auto records = section_entry(file, find_section(file, kind.records));
+  const auto payload = load<format::Payload>(file, records.offset + index * records.record_size + kind.at);
+  return section_entry(file, find_section(file, kind.values)).offset + payload.offset;
+}
+
+/// Changes one record in place and makes the checksums right.
 template <class Record>
 Bytes with_record(Bytes file, uint32_t section, uint32_t index, const std::function<void(Record&)>& change) {
   const auto entry = section_entry(file, find_section(file, section));
-  const size_t at = entry.offset + index * sizeof(Record);
+  const size_t at = entry.offset + uint64_t{index} * entry.record_size;
   auto record = load<Record>(file, at);
   change(record);
   store(file, at, record);
   fix_checksums(file);
   return file;
+}
+
+/// Types of the sections of a part.
+template <class Part>
+std::vector<uint32_t> sections_of(Part) {
+  std::vector<uint32_t> types{Part::kRecords};
+  if constexpr (requires { typename Part::Shared; }) types.push_back(Part::Shared::kRecords);
+  return types;
 }
 
 /// The bytes in a heap block of exactly their length, so that the address sanitizer sees every overread.

@@ -46,16 +46,18 @@ void for_each_part(const Test& test) {
 
 TEST(Encodings, AreNumberedOnceAndNamed) {
   std::vector<uint32_t> numbers,
-      sections{format::kMetadata,     format::kObjects,       format::kInstances,     format::kNames,
-               format::kPrimaries,    format::kPrimaryValues, format::kSourceRecords, format::kSourceNumbers,
-               format::kColorRecords, format::kColorValues};
+      sections{format::kMetadata, format::kObjects, format::kInstances, format::kNames, format::kData};
+  format::for_each_optional([&](auto kind) {
+    sections.push_back(kind.kRecords);
+    sections.push_back(kind.kValues);
+  });
   std::vector<std::string> names;
   for (const kernels::EncodingName& encoding : kernels::kEncodings) {
     numbers.push_back(encoding.number);
     names.push_back(encoding.name);
   }
   format::for_each_part([&](auto part) {
-    for (const uint32_t type : part.kSections) sections.push_back(type);
+    for (const uint32_t type : test::sections_of(part)) sections.push_back(type);
   });
   const auto all_different = [](auto values) {
     std::sort(values.begin(), values.end());
@@ -70,7 +72,7 @@ TEST(Encodings, AreNumberedOnceAndNamed) {
 TEST(Encodings, SectionsAreThereForObjects) {
   ASSERT_EQ(outcome_of(mixed()).sentence, "");
   for_each_part([](auto part, const auto&) {
-    for (const uint32_t type : part.kSections) {
+    for (const uint32_t type : test::sections_of(part)) {
       std::vector<Part> parts = test::parts_of(mixed());
       std::erase_if(parts, [&](const Part& part) { return part.type == type; });
       expect_damaged(test::file_of(mixed(), parts), "section " + format::section_name(type) + ": is missing");
@@ -90,7 +92,7 @@ TEST(Encodings, SectionsAreNotThereForNoObject) {
     others.instances.clear();
     const Bytes file = format::encode(others);
     ASSERT_EQ(outcome_of(file).sentence, "");
-    for (const uint32_t type : part.kSections)
+    for (const uint32_t type : test::sections_of(part))
       for (const size_t bytes : {0, 64}) {
         std::vector<Part> parts = test::parts_of(file);
         parts.push_back({type, format::kRequired, Bytes(bytes)});
@@ -102,7 +104,7 @@ TEST(Encodings, SectionsAreNotThereForNoObject) {
 
 TEST(Encodings, RecordsGoWithTheirObjects) {
   for_each_part([](auto part, const std::vector<uint32_t>& having) {
-    const uint32_t records = part.kSections[0];
+    const uint32_t records = part.kRecords;
     const std::string section = "section " + format::section_name(records);
     ASSERT_GE(having.size(), 2u);
     // Two objects with swapped records, and a record that does not exist.
@@ -116,14 +118,14 @@ TEST(Encodings, RecordsGoWithTheirObjects) {
     std::vector<Part> parts = test::parts_of(mixed());
     Bytes& content = part_of(parts, records).content;
     const Bytes before = content;
-    const size_t record = before.size() / having.size();
+    const size_t record = part_of(parts, records).record_size;
     content.resize(before.size() - record);
     expect_damaged(test::file_of(mixed(), parts), "a part has no such record");
     content = before;
     content.insert(content.end(), before.begin(), before.begin() + ptrdiff_t(record));
     expect_damaged(test::file_of(mixed(), parts), section + ": has records that belong to no object");
     content.resize(before.size() + 4);
-    expect_damaged(test::file_of(mixed(), parts), section + ": ");
+    expect_damaged(test::file_of(mixed(), parts), section + " (entry ");
   });
 }
 

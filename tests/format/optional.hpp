@@ -20,15 +20,16 @@ inline void expect_optional(const Bytes& with, const Bytes& without, std::initia
       EXPECT_NE(section_entry(without, i).type, type);
     const uint32_t index = find_section(with, type);
     auto entry = section_entry(with, index);
-    EXPECT_EQ(entry.flags, 0u);
-    entry.flags = format::kRequired;
+    const uint32_t payloads = entry.flags;
+    EXPECT_EQ(payloads & ~uint32_t{format::kPayloads}, 0u);
+    entry.flags = payloads | format::kRequired;
     Bytes required = with;
     store_entry(required, index, entry);
     fix_checksums(required);
     EXPECT_EQ(status_of(required), Status::damaged_nif);
 
     entry.type = format::fourcc("NEW0") + (index & 1);
-    entry.flags = 0;
+    entry.flags = payloads;
     Bytes half = with;
     store_entry(half, index, entry);
     fix_checksums(half);

@@ -91,7 +91,9 @@ TEST(Refusal, FlagsOfTheHeader) {
   EXPECT_EQ(with_header(good(), places_nothing).sentence,
             "x.nif: section INST: has instances, though its header says that it places nothing");
   for (uint32_t bit = 1; bit < 32; ++bit)
-    EXPECT_EQ(with_header(bare, [&](auto& h) { h.flags = 1u << bit; }).status, Status::damaged_nif) << bit;
+    EXPECT_EQ(with_header(bare, [&](auto& h) { h.flags = 1u << bit; }).status,
+              bit < 16 ? Status::unsupported_nif : Status::ok)
+        << bit;
   for (size_t i = 0; i < std::size(format::Header{}.reserved); ++i)
     EXPECT_EQ(with_header(bare, [&](auto& h) { h.reserved[i] = 1; }).status, Status::damaged_nif) << i;
 }
@@ -116,12 +118,11 @@ TEST(Refusal, SectionTable) {
   for (const uint32_t type :
        {uint32_t{format::kObjects}, uint32_t{format::kInstances}, uint32_t{format::kNames},
         uint32_t{format::kPlanes}, uint32_t{format::kNetworks}, uint32_t{format::kMlps},
-        uint32_t{format::kWeights}, uint32_t{format::kOccupancy}, uint32_t{format::kCorners},
-        uint32_t{format::kFeatures}}) {
+        uint32_t{format::kData}}) {
     Bytes file = good();
     const uint32_t index = test::find_section(file, type);
     auto entry = test::section_entry(file, index);
-    entry.flags = 0;
+    entry.flags &= ~uint32_t{format::kRequired};
     test::store_entry(file, index, entry);
     test::fix_checksums(file);
     EXPECT_EQ(outcome_of(file).status, Status::damaged_nif) << "flag of " << format::section_name(type);
@@ -149,8 +150,13 @@ TEST(Refusal, SectionTable) {
     EXPECT_EQ(with_entry(i, [](auto& e) { e.offset = ~uint64_t{0} - 63; }), Status::damaged_nif);
     EXPECT_EQ(with_entry(i, [](auto& e) { e.bytes = ~uint64_t{0}; }), Status::damaged_nif);
     EXPECT_EQ(with_entry(i, [](auto& e) { e.bytes += 64; }), Status::damaged_nif);
-    EXPECT_EQ(with_entry(i, [](auto& e) { e.reserved = 1; }), Status::damaged_nif);
-    EXPECT_EQ(with_entry(i, [](auto& e) { e.flags |= 2; }), Status::damaged_nif);
+    EXPECT_EQ(with_entry(i, [](auto& e) { e.record_size += 4; }), Status::damaged_nif);
+    EXPECT_EQ(with_entry(i, [](auto& e) { e.record_size = 0xfffffff8; }), Status::damaged_nif);
+    EXPECT_EQ(with_entry(i, [](auto& e) { e.flags ^= format::kPayloads; }), Status::damaged_nif);
+    EXPECT_EQ(with_entry(i, [](auto& e) { e.flags |= 8; }), Status::unsupported_nif);
+    EXPECT_EQ(with_entry(i, [](auto& e) { e.flags |= 0x8000; }), Status::unsupported_nif);
+    EXPECT_EQ(with_entry(i, [](auto& e) { e.flags |= 0xffff0000; }), Status::ok) << "may be ignored";
+    EXPECT_EQ(with_entry(i, [](auto& e) { e.flags |= format::kKeep; }), Status::ok);
   }
 }
 
@@ -187,23 +193,6 @@ TEST(Refusal, ObjectRecords) {
     EXPECT_TRUE(object([&](auto& r) { r.reserved[i] = 1; })) << i;
 }
 
-/// Combinations of parts that this build does not know.
-TEST(Refusal, PartsThatNoObjectHasTogether) {
-  using Record = format::ObjectRecord;
-  const auto outcome = [](const std::function<void(Record&)>& change) {
-    return outcome_of(with_record<Record>(good(), format::kObjects, 0, change));
-  };
-  const std::pair<const char*, std::function<void(Record&)>> changes[] = {
-      {"no part", [](auto& r) { r.planes = r.network = format::kNoPart; }},
-      {"network", [](auto& r) { r.planes = format::kNoPart; }},
-      {"planes and network and spherical", [](auto& r) { r.spherical = 0; }}};
-  for (const auto& [parts, change] : changes) {
-    EXPECT_EQ(outcome(change).status, Status::unsupported_nif);
-    EXPECT_EQ(outcome(change).sentence, std::string("x.nif: section OBJS, record 0: ") + parts +
-                                            ", which this build does not read together");
-  }
-}
-
 TEST(Refusal, PlanesRecords) {
   using Record = format::PlanesRecord;
   const float inf = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
@@ -219,13 +208,14 @@ TEST(Refusal, PlanesRecords) {
   EXPECT_TRUE(planes([](auto& r) { r.voxels[2] += 4; }));
   EXPECT_TRUE(planes([](auto& r) { r.mixed_bricks += 1; }));
   EXPECT_TRUE(planes([](auto& r) { r.mixed_bricks = 0xffffffff; }));
-  EXPECT_TRUE(planes([](auto& r) { r.occupancy.offset += 64; }));
   EXPECT_TRUE(planes([](auto& r) { r.occupancy.bytes -= 2; }));
   EXPECT_TRUE(planes([](auto& r) { r.levels = 5; }));
   EXPECT_TRUE(planes([](auto& r) { r.surface_voxels += 1; }));
   EXPECT_TRUE(planes([](auto& r) { r.part_count += 1; }));
   EXPECT_TRUE(planes([](auto& r) { r.part_count = 0xffffffff; }));
-  EXPECT_TRUE(planes([](auto& r) { r.cells.offset += 64; }));
+  EXPECT_TRUE(planes([](auto& r) { r.cells.offset += 32; }));
+  EXPECT_TRUE(planes([](auto& r) { r.cells.offset = r.occupancy.offset; }));
+  EXPECT_TRUE(planes([](auto& r) { r.cells.reserved = 1; }));
   EXPECT_TRUE(planes([](auto& r) { r.cells.bytes -= 4; }));
 }
 
@@ -248,7 +238,7 @@ TEST(Refusal, NetworkRecords) {
   EXPECT_TRUE(network([](auto& r) { r.forms = format::kCornersAround; })) << "its payload is not empty";
   EXPECT_TRUE(network([](auto& r) { r.reserved[0] = 1; }));
   EXPECT_TRUE(network([](auto& r) { r.reserved[1] = 1; }));
-  EXPECT_TRUE(network([](auto& r) { r.brick_corners.offset += 64; }));
+  EXPECT_TRUE(network([](auto& r) { r.brick_corners.offset -= 64; }));
   EXPECT_TRUE(network([](auto& r) { r.brick_corners.bytes -= 4; }));
   EXPECT_TRUE(network([](auto& r) { r.features.offset = ~uint64_t{0}; }));
   EXPECT_TRUE(network([](auto& r) { r.features.bytes += 64; }));
@@ -274,7 +264,7 @@ TEST(Refusal, MlpAndInstanceRecords) {
   EXPECT_TRUE(network([](auto& r) { r.layers[0].shift = 25; }));
   EXPECT_TRUE(network([](auto& r) { r.layers[3].shift = 1; }));
   EXPECT_TRUE(network([](auto& r) { r.reserved = 1; }));
-  EXPECT_TRUE(network([](auto& r) { r.weights.offset = 64; }));
+  EXPECT_TRUE(network([](auto& r) { r.weights.offset = 32; }));
 
   const auto instance = [](const std::function<void(format::InstanceRecord&)>& change) {
     return outcome_of(with_record<format::InstanceRecord>(good(), format::kInstances, 2, change)).status ==
@@ -283,7 +273,7 @@ TEST(Refusal, MlpAndInstanceRecords) {
   EXPECT_FALSE(instance([](auto&) {}));
   EXPECT_TRUE(instance([](auto& r) { r.object = 3; }));
   EXPECT_TRUE(instance([](auto& r) { r.reserved = 1; }));
-  EXPECT_TRUE(instance([](auto& r) { r.transform[5] = std::numeric_limits<float>::quiet_NaN(); }));
+  EXPECT_TRUE(instance([](auto& r) { r.linear[4] = std::numeric_limits<float>::quiet_NaN(); }));
   EXPECT_TRUE(instance([](auto& r) { r.name.bytes += 1; }));
 }
 
@@ -291,24 +281,28 @@ TEST(Refusal, Payload) {
   const format::Asset asset = format::to_asset(format::read_asset(good(), "file"));
   const format::PlanesData& object = *asset.objects[0].planes;
   ASSERT_GT(object.brick_states.size(), 1u);
-  const auto changed = [](uint32_t section, size_t at, auto value) {
+  const auto changed_at = [](size_t at, auto value) {
     Bytes file = good();
-    test::store(file, test::section_entry(file, test::find_section(file, section)).offset + at, value);
+    test::store(file, at, value);
     test::fix_checksums(file);
     return outcome_of(file).status;
   };
+  const auto changed = [&](const test::PayloadKind& kind, size_t at, auto value) {
+    return changed_at(test::payload_at(good(), kind, 0) + at, value);
+  };
+  const size_t names = test::section_entry(good(), test::find_section(good(), format::kNames)).offset;
   const size_t mixed = object.brick_states.size();
-  EXPECT_EQ(changed(format::kCorners, 0, asset.objects[0].network->brick_corners[0] ^ 1),
+  EXPECT_EQ(changed(test::payload::kCorners, 0, asset.objects[0].network->brick_corners[0] ^ 1),
             Status::damaged_nif);
-  EXPECT_EQ(changed(format::kCorners, mixed * 8 + 4, uint32_t{0xfffffff0}), Status::damaged_nif);
-  EXPECT_EQ(changed(format::kOccupancy, mixed * 20, uint16_t(3 + mixed)), Status::damaged_nif);
-  EXPECT_EQ(changed(format::kOccupancy, mixed * 16 + 4, uint32_t{0xfffffff0}), Status::damaged_nif);
-  EXPECT_EQ(changed(format::kCells, 0, uint32_t{kernels::kEmptyVoxel}), Status::damaged_nif);
-  EXPECT_EQ(changed(format::kFeatures, 0, int8_t(-128)), Status::damaged_nif);
-  EXPECT_EQ(changed(format::kWeights, 0, int32_t(-(1 << 26) - 1)), Status::damaged_nif);
-  EXPECT_EQ(changed(format::kWeights, 0, int32_t(1 << 26)), Status::ok);
-  EXPECT_EQ(changed(format::kNames, 0, char(0)), Status::damaged_nif);
-  EXPECT_EQ(changed(format::kNames, 0, uint8_t(0xff)), Status::damaged_nif);
+  EXPECT_EQ(changed(test::payload::kCorners, mixed * 8 + 4, uint32_t{0xfffffff0}), Status::damaged_nif);
+  EXPECT_EQ(changed(test::payload::kOccupancy, mixed * 20, uint16_t(3 + mixed)), Status::damaged_nif);
+  EXPECT_EQ(changed(test::payload::kOccupancy, mixed * 16 + 4, uint32_t{0xfffffff0}), Status::damaged_nif);
+  EXPECT_EQ(changed(test::payload::kCells, 0, uint32_t{kernels::kEmptyVoxel}), Status::damaged_nif);
+  EXPECT_EQ(changed(test::payload::kFeatures, 0, int8_t(-128)), Status::damaged_nif);
+  EXPECT_EQ(changed(test::payload::kWeights, 0, int32_t(-(1 << 26) - 1)), Status::damaged_nif);
+  EXPECT_EQ(changed(test::payload::kWeights, 0, int32_t(1 << 26)), Status::ok);
+  EXPECT_EQ(changed_at(names, char(0)), Status::damaged_nif);
+  EXPECT_EQ(changed_at(names, uint8_t(0xff)), Status::damaged_nif);
 }
 
 /// For such voxels, fast kernels would read beyond their tables of corners.
@@ -325,8 +319,7 @@ TEST(Refusal, VoxelsBeyondTheGrid) {
   const size_t brick = object.brick_table[number] - kernels::kFirstMixedBrick;
   for (const size_t word : {0, 1}) {
     Bytes file = good();
-    const uint64_t at = test::section_entry(file, test::find_section(file, format::kOccupancy)).offset +
-                        16 * brick + 8 * word;
+    const uint64_t at = test::payload_at(file, test::payload::kOccupancy, 0) + 16 * brick + 8 * word;
     test::store(file, at, test::load<uint64_t>(file, at) | uint64_t{1} << 63);
     test::fix_checksums(file);
     EXPECT_EQ(outcome_of(file).status, Status::damaged_nif) << word;
@@ -342,8 +335,7 @@ TEST(Refusal, MixedBrickTwiceInTheTable) {
   while (object.brick_table[first] < kernels::kFirstMixedBrick) ++first;
   for (const uint16_t entry : {uint16_t(kernels::kFirstMixedBrick + 1), uint16_t(kernels::kBrickOutside)}) {
     Bytes file = good();
-    const uint64_t table =
-        test::section_entry(file, test::find_section(file, format::kOccupancy)).offset + 20 * mixed;
+    const uint64_t table = test::payload_at(file, test::payload::kOccupancy, 0) + 20 * mixed;
     test::store(file, table + 2 * first, entry);
     test::fix_checksums(file);
     EXPECT_EQ(outcome_of(file).status, Status::damaged_nif) << entry;

@@ -30,20 +30,20 @@ TEST(SourceTrianglesFile, KeepsEveryNumber) {
     EXPECT_EQ(format::encoded_bytes(asset), bytes.size());
     const format::AssetView view = format::read_asset(bytes, "file");
     EXPECT_EQ(bytes, format::encode(format::to_asset(view)));
-    ASSERT_EQ(view.source_triangles.size(), 3u);
-    EXPECT_EQ(view.source_triangles_of(0), nullptr);
-    EXPECT_EQ(view.source_triangles_of(4), nullptr);
+    ASSERT_EQ(view.numbers.size(), 3u);
+    EXPECT_EQ(view.numbers_of(0, format::kSourceTriangles), nullptr);
+    EXPECT_EQ(view.numbers_of(4, format::kSourceTriangles), nullptr);
     uint64_t all = 0;
     for (uint32_t object = 1; object < 4; ++object) {
-      const format::SourceTrianglesView* seen = view.source_triangles_of(object);
+      const format::NumbersView* seen = view.numbers_of(object, format::kSourceTriangles);
       ASSERT_NE(seen, nullptr);
-      const format::SourceTriangles& kept = *asset.objects[object].source_triangles;
+      const format::Numbers& kept = asset.objects[object].numbers.at(format::kSourceTriangles);
       EXPECT_EQ(seen->object, object);
-      EXPECT_EQ(seen->triangles, kept.triangles);
-      ASSERT_EQ(seen->count, kept.numbers.size());
-      EXPECT_EQ(seen->bytes, (uint64_t{seen->count} * seen->field.bits + 31) / 32 * 4);
-      for (uint32_t i = 0; i < seen->count; ++i)
-        ASSERT_EQ(kernels::source_triangle(seen->field, i), kept.numbers[i]);
+      EXPECT_EQ(seen->below, kept.below);
+      ASSERT_EQ(seen->field.count, kept.values.size());
+      EXPECT_EQ(seen->bytes, (uint64_t{seen->field.count} * seen->field.bits + 31) / 32 * 4);
+      for (uint32_t i = 0; i < seen->field.count; ++i)
+        ASSERT_EQ(kernels::source_triangle(seen->field, i), kept.values[i]);
       EXPECT_EQ(kernels::source_triangle(seen->field, kernels::kNoTriangle), kernels::kNoTriangle);
       widths.insert(seen->field.bits);
       all += seen->bytes;
@@ -66,30 +66,31 @@ TEST(SourceTrianglesFile, PacksNumbersOfAnyWidth) {
   EXPECT_EQ(kernels::source_bits(0xffffffffu), 32u);
   for (uint32_t bits = 1; bits <= 32; ++bits) {
     format::Asset asset = asset_with_sources(3, 1);
-    format::SourceTriangles& source = *asset.objects[1].source_triangles;
-    source.triangles = bits == 32 ? 0xffffffffu : 1u << bits;
-    if (source.triangles < source.numbers.size()) continue;
-    ASSERT_EQ(kernels::source_bits(source.triangles), bits);
-    for (uint32_t& number : source.numbers) number = random.below(source.triangles);
-    source.numbers.front() = source.triangles - 1;
+    format::Numbers& source = asset.objects[1].numbers.at(format::kSourceTriangles);
+    source.below = bits == 32 ? 0xffffffffu : 1u << bits;
+    if (source.below < source.values.size()) continue;
+    ASSERT_EQ(kernels::source_bits(source.below), bits);
+    for (uint32_t& number : source.values) number = random.below(source.below);
+    source.values.front() = source.below - 1;
     const Bytes bytes = format::encode(asset);
     const format::AssetView view = format::read_asset(bytes, "file");
-    EXPECT_EQ(format::to_asset(view).objects[1].source_triangles->numbers, source.numbers) << bits;
+    EXPECT_EQ(format::to_asset(view).objects[1].numbers.at(format::kSourceTriangles).values, source.values)
+        << bits;
   }
   EXPECT_EQ(kernels::source_triangle({}, 5), 5u) << "without numbers, its own";
 }
 
 TEST(SourceTrianglesFile, IsOptional) {
   test::expect_optional(format::encode(asset_with_sources(1)), format::encode(asset_with_sources(1, 0)),
-                        {format::kSourceRecords, format::kSourceNumbers});
+                        {format::kNumbersRecords, format::kNumbersValues});
 }
 
 TEST(SourceTrianglesFile, RefusesWrongRecords) {
   const format::Asset asset = asset_with_sources(2);
   const Bytes file = format::encode(asset);
-  const auto refused = [&](uint32_t index, const std::function<void(format::SourceRecord&)>& change) {
-    return status_of(test::with_record<format::SourceRecord>(file, format::kSourceRecords, index, change)) ==
-           Status::damaged_nif;
+  const auto refused = [&](uint32_t index, const std::function<void(format::NumbersRecord&)>& change) {
+    return status_of(test::with_record<format::NumbersRecord>(file, format::kNumbersRecords, index,
+                                                              change)) == Status::damaged_nif;
   };
   EXPECT_FALSE(refused(0, [](auto&) {}));
   EXPECT_TRUE(refused(0, [](auto& r) { r.object = 0; })) << "has no triangles";
@@ -97,16 +98,17 @@ TEST(SourceTrianglesFile, RefusesWrongRecords) {
   EXPECT_TRUE(refused(2, [](auto& r) { r.object = 0xffffffff; }));
   EXPECT_TRUE(refused(1, [](auto& r) { r.object = 1; }));
   EXPECT_TRUE(refused(1, [](auto& r) { r.object = 3; }));
-  const auto stored = uint32_t(asset.objects[1].source_triangles->numbers.size());
-  EXPECT_TRUE(refused(0, [&](auto& r) { r.triangles = stored - 1; }));
-  EXPECT_TRUE(refused(0, [](auto& r) { r.triangles = 0; }));
-  EXPECT_TRUE(refused(0, [](auto& r) { r.triangles = 0xffffffff; })) << "other widths";
-  const uint32_t largest = *std::ranges::max_element(asset.objects[1].source_triangles->numbers);
-  if (kernels::source_bits(largest) == kernels::source_bits(asset.objects[1].source_triangles->triangles)) {
-    EXPECT_TRUE(refused(0, [&](auto& r) { r.triangles = largest; })) << "the largest number is beyond";
+  const auto stored = uint32_t(asset.objects[1].numbers.at(format::kSourceTriangles).values.size());
+  EXPECT_TRUE(refused(0, [&](auto& r) { r.below = stored - 1; }));
+  EXPECT_TRUE(refused(0, [](auto& r) { r.below = 0; })) << "2^32, so other widths";
+  EXPECT_TRUE(refused(0, [](auto& r) { r.below = 0xffffffff; })) << "other widths";
+  const uint32_t largest =
+      *std::ranges::max_element(asset.objects[1].numbers.at(format::kSourceTriangles).values);
+  if (kernels::source_bits(largest) ==
+      kernels::source_bits(asset.objects[1].numbers.at(format::kSourceTriangles).below)) {
+    EXPECT_TRUE(refused(0, [&](auto& r) { r.below = largest; })) << "the largest number is beyond";
   }
-  for (size_t i = 0; i < std::size(format::SourceRecord{}.reserved); ++i)
-    EXPECT_TRUE(refused(0, [&](auto& r) { r.reserved[i] = 1; })) << i;
+  EXPECT_TRUE(refused(0, [](auto& r) { r.reserved = 1; }));
   EXPECT_TRUE(refused(1, [](auto& r) { r.numbers.offset += 64; }));
   EXPECT_TRUE(refused(1, [](auto& r) { r.numbers.offset = ~uint64_t{63}; }));
   EXPECT_TRUE(refused(1, [](auto& r) { r.numbers.bytes = ~uint64_t{0}; }));
@@ -115,8 +117,8 @@ TEST(SourceTrianglesFile, RefusesWrongRecords) {
 TEST(SourceTrianglesFile, RefusesWrongNumbers) {
   const auto status_after = [](const std::function<void(format::Asset&)>& change) {
     format::Asset asset = asset_with_sources(3);
-    asset.objects[1].source_triangles->triangles = 100;
-    for (uint32_t& number : asset.objects[1].source_triangles->numbers) number %= 100;
+    asset.objects[1].numbers.at(format::kSourceTriangles).below = 100;
+    for (uint32_t& number : asset.objects[1].numbers.at(format::kSourceTriangles).values) number %= 100;
     change(asset);
     try {
       format::encode(asset);
@@ -126,15 +128,18 @@ TEST(SourceTrianglesFile, RefusesWrongNumbers) {
     }
   };
   EXPECT_EQ(status_after([](auto&) {}), Status::ok);
-  EXPECT_EQ(status_after([](auto& a) { a.objects[1].source_triangles->numbers[0] = 99; }), Status::ok);
-  EXPECT_EQ(status_after([](auto& a) { a.objects[1].source_triangles->numbers[0] = 100; }), Status::internal);
-  EXPECT_EQ(status_after([](auto& a) { a.objects[1].source_triangles->numbers.clear(); }), Status::internal);
+  EXPECT_EQ(status_after([](auto& a) { a.objects[1].numbers.at(format::kSourceTriangles).values[0] = 99; }),
+            Status::ok);
+  EXPECT_EQ(status_after([](auto& a) { a.objects[1].numbers.at(format::kSourceTriangles).values[0] = 100; }),
+            Status::internal);
+  EXPECT_EQ(status_after([](auto& a) { a.objects[1].numbers.at(format::kSourceTriangles).values.clear(); }),
+            Status::internal);
   EXPECT_EQ(status_after([](auto& a) {
-              for (int i = 0; i < 32; ++i) a.objects[1].source_triangles->numbers.push_back(0);
+              for (int i = 0; i < 32; ++i)
+                a.objects[1].numbers.at(format::kSourceTriangles).values.push_back(0);
             }),
             Status::internal);
-  EXPECT_EQ(status_after([](auto& a) { a.objects[0].source_triangles = a.objects[1].source_triangles; }),
-            Status::internal)
+  EXPECT_EQ(status_after([](auto& a) { a.objects[0].numbers = a.objects[1].numbers; }), Status::internal)
       << "a segment object has no triangles";
 }
 
@@ -144,9 +149,9 @@ TEST(SourceTrianglesFile, RefusesBitsAfterTheLastNumber) {
   for (uint64_t seed = 0; seed < 20; ++seed) {
     const format::Asset asset = asset_with_sources(seed, 1);
     Bytes file = format::encode(asset);
-    const format::SourceTriangles& source = *asset.objects[1].source_triangles;
-    const auto entry = test::section_entry(file, test::find_section(file, format::kSourceNumbers));
-    if (source.numbers.size() * kernels::source_bits(source.triangles) % 32 == 0) continue;
+    const format::Numbers& source = asset.objects[1].numbers.at(format::kSourceTriangles);
+    const auto entry = test::section_entry(file, test::find_section(file, format::kNumbersValues));
+    if (source.values.size() * kernels::source_bits(source.below) % 32 == 0) continue;
     file[entry.offset + entry.bytes - 1] |= std::byte{0x80};
     test::fix_checksums(file);
     EXPECT_EQ(status_of(file), Status::damaged_nif);

@@ -64,7 +64,7 @@ TEST(SphericalFile, KeepsEveryFieldAndAnswer) {
 TEST(SphericalFile, HasItsSectionsOnlyWhereTheyAreNeeded) {
   const Bytes with = format::encode(asset_with_sphericals(1)),
               without = format::encode(test::random_asset(1));
-  for (const uint32_t type : format::SphericalPart::kSections) {
+  for (const uint32_t type : test::sections_of(format::SphericalPart())) {
     const uint32_t index = test::find_section(with, type);
     EXPECT_EQ(test::section_entry(with, index).flags, format::kRequired);
     for (uint32_t i = 0; i < test::load<format::Header>(without, 0).section_count; ++i)

@@ -234,11 +234,19 @@ class Session : Drawn {
     if (!scene.alive() || !asset.alive()) return must_be_dead(error);
     // If several things are wrong, any of them may be reported.
     if (scene.device != asset.device || (placed && !is_finite(transform))) must(error != NIF_OK);
-    must(error == NIF_OK || error == NIF_ERROR_INVALID_ARGUMENT || error == NIF_ERROR_SINGULAR_TRANSFORM);
+    must(error == NIF_OK || error == NIF_ERROR_INVALID_ARGUMENT || error == NIF_ERROR_SINGULAR_TRANSFORM ||
+         error == NIF_ERROR_UNSUPPORTED_NIF);
     if (error != NIF_OK) return;
     must(first == scene.lowest_free(count));
     if (scene.instances.size() < first + count) scene.instances.resize(first + count);
     std::fill_n(scene.instances.begin() + first, count, Known());
+    NifAssetInstanceInfo of_file{};
+    of_file.struct_size = sizeof(of_file);
+    for (uint32_t i = 0; whole && i < count; ++i) {
+      if (nifGetAssetInstanceInfo(asset.handle, i, &of_file) != NIF_OK) break;  // the file has no instances
+      Known& known = scene.instances[first + i];
+      known.mask = of_file.mask, known.flags = of_file.flags, known.user = of_file.user;
+    }
     if (count > 0) scene.committed = false;
   }
 

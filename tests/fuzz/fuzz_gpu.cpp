@@ -146,6 +146,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     const uint32_t chance = nif::format::crc32c(file);
     for (uint32_t o = 0; o < std::min<size_t>(view.objects.size(), kMostObjects); ++o) {
       const nif::format::ObjectView& object = view.objects[o];
+      if (object.unsupported) continue;
       const kernels::AnyField field = nif::format::field_of(object);
       const std::vector<NifRay> rays = nif::test::rays_about(object, kRays);
       // The kinds of matrix instructions and the one kernel take turns.

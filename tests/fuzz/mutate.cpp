@@ -11,43 +11,15 @@
 namespace nif::test {
 namespace {
 
-/// Bytes of an element of a section's array; 1 if elements differ.
-size_t record_bytes(uint32_t type) {
-  switch (type) {
-    case format::kObjects:
-      return sizeof(format::ObjectRecord);
-    case format::kInstances:
-      return sizeof(format::InstanceRecord);
-    case format::kPlanes:
-      return sizeof(format::PlanesRecord);
-    case format::kTriangles:
-      return sizeof(format::TrianglesRecord);
-    case format::kNetworks:
-      return sizeof(format::NetworkRecord);
-    case format::kMlps:
-      return sizeof(format::MlpRecord);
-    case format::kSphericalRecords:
-      return sizeof(format::SphericalRecord);
-    case format::kSphericalNetworks:
-      return sizeof(format::SphericalNetworksRecord);
-    case format::kTrees:  // vertices and triangles follow
-      return sizeof(kernels::BvhNode);
-    case format::kOccupancy:  // of the first array
-      return sizeof(kernels::BrickStates);
-    case format::kCorners:  // likewise
-      return sizeof(uint64_t);
-    case format::kCells:
-    case format::kSourceNumbers:
-      return sizeof(uint32_t);
-    case format::kPrimaries:
-      return sizeof(format::PrimaryRecord);
-    case format::kSourceRecords:
-      return sizeof(format::SourceRecord);
-    case format::kColorRecords:
-      return sizeof(format::ColorsRecord);
-    default:
-      return 1;
-  }
+/// Bytes of what a section is an array of; 1 where that differs.
+size_t record_bytes(const Part& part) { return part.record_size ? part.record_size : 1; }
+
+/// Of what a payload begins with.
+size_t unit_of(const PayloadKind& kind) {
+  if (kind.records == format::kTriangles) return sizeof(kernels::BvhNode);
+  if (kind.records == format::kPlanes && kind.at == payload::kOccupancy.at)
+    return sizeof(kernels::BrickStates);
+  return kind.records == format::kNetworks ? sizeof(uint64_t) : sizeof(uint32_t);
 }
 
 constexpr uint32_t kWords[] = {0,          1,          2,          3,          4,          7,
@@ -74,7 +46,7 @@ uint32_t changed_word(uint32_t word, Random& random) {
 /// Changes one field of one record, a number of 4, 2 or 1 bytes: to another value, or to that of another
 /// record.
 void change_field(Part& part, Random& random) {
-  const size_t record = record_bytes(part.type), count = part.content.size() / record;
+  const size_t record = record_bytes(part), count = part.content.size() / record;
   if (count == 0 || record < 4) return;
   const uint32_t width = random.below(4) ? 4 : 1u << random.below(2);
   const size_t at = random.below(uint32_t(record / width)) * width;
@@ -106,7 +78,7 @@ void change_table(Part& part, Random& random) {
 
 /// Swaps, duplicates, removes or adds whole records, or chunks if there are no records.
 void move_pieces(Part& part, Random& random) {
-  size_t unit = record_bytes(part.type);
+  size_t unit = record_bytes(part);
   if (unit == 1) unit = random.below(2) ? 64 : 1 + random.below(16);
   Bytes& content = part.content;
   const auto count = uint32_t(content.size() / unit);
@@ -152,14 +124,73 @@ Bytes uncoded(const Bytes& file) {
   }
 }
 
+/// Changes one payload as if it were a section; records say where it and those after it are then, mostly.
+void mutate_payload(std::vector<Part>& parts, Random& random, MutateBytes mutate_bytes) {
+  const PayloadKind& kind = payload::kPayloadKinds[random.below(std::size(payload::kPayloadKinds))];
+  const Part* records = find_part(parts, kind.records);
+  const Part* values = find_part(parts, kind.values);
+  if (!records || !values || records->record_size < kind.at + sizeof(format::Payload) ||
+      records->count() == 0)
+    return;
+  const size_t index = random.below(uint32_t(records->count()));
+  const auto where = load<format::Payload>(records->content, index * records->record_size + kind.at);
+  if (where.offset > values->content.size() || where.bytes > values->content.size() - where.offset) return;
+  Part own{0, 0, payload_of(parts, kind, index), uint32_t(unit_of(kind))};
+  switch (random.below(8)) {
+    case 0:
+      mutate_part(own, mutate_bytes);
+      break;
+    case 1:
+    case 2:
+      move_pieces(own, random);
+      break;
+    case 3:  // what belongs to something later
+      own.content.resize(format::aligned(own.content.size()) + 64 * (1 + random.below(3)), std::byte{0xa5});
+      break;
+    case 4:
+      change_field(own, random);
+      break;
+    default:
+      change_table(own, random);
+  }
+  set_payload(parts, kind, index, own.content);
+  if (random.below(4) != 0) return;
+  Part& changed = section_of(parts, kind.records);
+  const size_t at = index * changed.record_size + kind.at;
+  auto stated = load<format::Payload>(changed.content, at);
+  stated.bytes = where.bytes;
+  store(changed.content, at, stated);
+}
+
+/// Records that are longer than this build knows.
+void lengthen_records(Part& part, Random& random) {
+  if (part.record_size == 0) return;
+  const uint32_t more = 8 * (1 + random.below(3));
+  Bytes longer;
+  for (size_t i = 0; i < part.count(); ++i) {
+    const auto at = part.content.begin() + ptrdiff_t(i * part.record_size);
+    longer.insert(longer.end(), at, at + part.record_size);
+    longer.resize(longer.size() + more, std::byte(random.below(256)));
+  }
+  part.content = std::move(longer);
+  part.record_size += more;
+}
+
 Bytes mutate_sections(const Bytes& before, Random& random, MutateBytes mutate_bytes) {
   const Bytes file = random.below(3) == 0 ? uncoded(before) : before;
   std::vector<Part> parts = parts_of(file);
   if (parts.empty()) return file;
   const auto count = uint32_t(parts.size());
   for (uint32_t changes = 1 + random.below(3); changes > 0; --changes) {
+    if (random.below(2)) {
+      mutate_payload(parts, random, mutate_bytes);
+      continue;
+    }
     Part& part = parts[random.below(count)];
-    switch (random.below(16)) {
+    switch (random.below(17)) {
+      case 16:
+        random.below(2) ? lengthen_records(part, random) : void(part.record_size ^= 1u << random.below(32));
+        break;
       case 0:
         std::swap(part, parts[random.below(count)]);
         break;
@@ -422,12 +453,44 @@ void fit_colors(format::Object& object, Random& random) {
     object.colors->resize(object.planes->voxel_records.size(), uint16_t(random.below(0x10000)));
 }
 
-/// Changes the count of triangles in the source mesh, or one number.
-void mutate_source(format::SourceTriangles& source, Random& random) {
-  if (random.below(8) == 0) source.triangles = changed_word(source.triangles, random);
-  if (source.numbers.empty()) return;
-  uint32_t& number = source.numbers[random.below(uint32_t(source.numbers.size()))];
-  number = source.triangles ? changed_word(number, random) % source.triangles : 0;
+/// Numbers of another kind, others of them, or another count that they are below.
+void mutate_numbers(format::Object& object, Random& random) {
+  if (random.below(4) == 0) {
+    const uint32_t kind = 1 + random.below(format::kMostNumbers);
+    const format::TrianglesData& triangles = *object.triangles;
+    format::Numbers& numbers = object.numbers[kind];
+    numbers.below = 1u << random.below(32);
+    numbers.values.resize(kind == format::kSourceVertices ? triangles.vertices.size()
+                                                          : triangles.triangles.size());
+    for (uint32_t& value : numbers.values) value = random.below(numbers.below);
+  }
+  if (object.numbers.empty()) return;
+  auto at = object.numbers.begin();
+  std::advance(at, random.below(uint32_t(object.numbers.size())));
+  auto& [below, values] = at->second;
+  if (random.below(8) == 0) below = changed_word(below, random);
+  if (values.empty()) return;
+  uint32_t& number = values[random.below(uint32_t(values.size()))];
+  number = below ? changed_word(number, random) % below : random.below(0xffffffff);
+}
+
+/// Masks and so on; a level, where that is right.
+void mutate_settings(format::Asset& asset, Random& random) {
+  if (random.below(8) == 0) asset.prover = random.below(3);
+  if (random.below(8) == 0) {
+    const uint32_t first = random.below(uint32_t(asset.objects.size()));
+    if (first + 1 < asset.objects.size()) asset.objects[first].level = asset.objects[first + 1].level + 1;
+    asset.objects[first].error = changed_float(asset.objects[first].error, random);
+    std::erase_if(asset.instances, [&](const auto& instance) { return instance.object == first; });
+    for (format::Instance& instance : asset.instances) instance.parent = format::kNoParent;
+  }
+  if (asset.instances.empty()) return;
+  const uint32_t i = random.below(uint32_t(asset.instances.size()));
+  format::Instance& instance = asset.instances[i];
+  instance.mask = random.below(2) ? random.below(8) : changed_word(instance.mask, random);
+  instance.flags = random.below(2);
+  instance.user = changed_word(uint32_t(instance.user), random);
+  instance.parent = i > 0 && random.below(2) ? random.below(i) : format::kNoParent;
 }
 
 /// Changes any of the parts that it has.
@@ -444,16 +507,22 @@ Bytes mutate_asset(const Bytes& file, Random& random) {
   format::Asset asset = format::to_asset(format::read_asset(file, "before"));
   format::Object& object = asset.objects[random.below(uint32_t(asset.objects.size()))];
   if (asset.instances.empty() && random.below(8) == 0) asset.places_nothing = !asset.places_nothing;
-  switch (random.below(8)) {
+  switch (random.below(9)) {
+    case 8:
+      mutate_settings(asset, random);
+      break;
     case 0:
       if (asset.objects.size() < 64) {
         asset.objects.push_back(format::Object(object));
         asset.objects.back().primary.reset();
+        asset.objects.back().level = 0;
       }
       break;
     case 1:
       if (asset.objects.size() > 1) asset.objects.pop_back();
+      asset.objects.back().level = 0;
       std::erase_if(asset.instances, [&](const auto& i) { return i.object >= asset.objects.size(); });
+      for (format::Instance& instance : asset.instances) instance.parent = format::kNoParent;
       break;
     case 2: {
       format::Instance instance;
@@ -480,8 +549,8 @@ Bytes mutate_asset(const Bytes& file, Random& random) {
       mutate_networks(asset, random);
       break;
     case 5:
-      if (object.source_triangles) {
-        mutate_source(*object.source_triangles, random);
+      if (object.triangles) {
+        mutate_numbers(object, random);
         break;
       }
       [[fallthrough]];
@@ -516,8 +585,10 @@ Bytes join_assets(const Bytes& one, const Bytes& other) {
       if (object.spherical) object.spherical->network += uint32_t(asset.spherical_networks.size());
       asset.objects.push_back(std::move(object));
     }
+    const auto placed = uint32_t(asset.instances.size());
     for (format::Instance& instance : more.instances) {
       instance.object += first;
+      if (instance.parent != format::kNoParent) instance.parent += placed;
       asset.instances.push_back(std::move(instance));
     }
     asset.places_nothing = asset.places_nothing && more.places_nothing && asset.instances.empty();

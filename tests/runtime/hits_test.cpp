@@ -58,7 +58,7 @@ kernels::SceneHit plain_hit(const format::AssetView& view, const std::vector<Pla
     nearest.add(hit, i);
   }
   if (nearest.triangle == kernels::kNoTriangle) return nearest;
-  const auto* source = view.source_triangles_of(instances[nearest.instance].object);
+  const auto* source = view.numbers_of(instances[nearest.instance].object, format::kSourceTriangles);
   if (source) nearest.triangle = kernels::source_triangle(source->field, nearest.triangle);
   return nearest;
 }

@@ -273,7 +273,7 @@ TEST_F(Scenes, AnAssetThatPlacesNothing) {
   auto info = nifkit::sized<NifAssetInfo>();
   ASSERT_EQ(nifGetAssetInfo(asset, &info), NIF_OK);
   EXPECT_EQ(info.places_nothing, 1u);
-  EXPECT_EQ(info.reserved, 0u);
+  EXPECT_EQ(info.proves, 1u);
   const NifScene scene = new_scene();
   uint32_t first = 99, count = 99;
   ASSERT_EQ(nifAddAsset(scene, asset, nullptr, &first, &count), NIF_OK);

@@ -60,8 +60,7 @@ inline FileBeyondGrid file_beyond_grid(const BeyondGrid& kind) {
     format::PlanesData& grid = *file.asset.objects[0].planes;
     const std::optional<size_t> brick = move_beyond(grid);
     if (!brick) continue;
-    const uint64_t at = section_entry(file.bad, find_section(file.bad, format::kOccupancy)).offset +
-                        *brick * sizeof(kernels::BrickStates);
+    const uint64_t at = payload_at(file.bad, payload::kOccupancy, 0) + *brick * sizeof(kernels::BrickStates);
     store(file.bad, at, grid.brick_states[*brick]);
     fix_checksums(file.bad);
     return file;

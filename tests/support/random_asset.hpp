@@ -38,6 +38,11 @@ struct RandomAssetOptions {
   bool translations = false;  ///< instances are so far away that floats cannot hold their translations
   bool odd_corners = false;  ///< as no baker would: some at the surface have no features, some beside it have
   bool places_nothing = false;  ///< where it has no instances
+  // These do not change what seeds give otherwise.
+  bool numbers = false;         ///< of all kinds, of objects with triangles
+  bool settings = false;        ///< instances have masks, flags, values and parents
+  bool proves_nothing = false;  ///< the file states that
+  uint32_t levels = 0;          ///< about as many objects more, which are coarser stand-ins
 };
 
 inline format::Mlp random_network(Random& random, uint32_t inputs) {
@@ -269,14 +274,14 @@ inline format::Object random_proof_object(Random& random, const RandomAssetOptio
 }
 
 /// Numbers in a source mesh with more triangles, in any order.
-inline format::SourceTriangles random_source(Random& random, size_t triangles) {
-  format::SourceTriangles source;
-  source.triangles = uint32_t(triangles) + (random.below(3) ? random.below(2000) : 0);
-  source.numbers.resize(source.triangles);
-  for (uint32_t i = 0; i < source.triangles; ++i) source.numbers[i] = i;
+inline format::Numbers random_source(Random& random, size_t triangles) {
+  format::Numbers source;
+  source.below = uint32_t(triangles) + (random.below(3) ? random.below(2000) : 0);
+  source.values.resize(source.below);
+  for (uint32_t i = 0; i < source.below; ++i) source.values[i] = i;
   for (size_t i = 0; i < triangles; ++i)
-    std::swap(source.numbers[i], source.numbers[i + random.below(uint32_t(source.triangles - i))]);
-  source.numbers.resize(triangles);
+    std::swap(source.values[i], source.values[i + random.below(uint32_t(source.below - i))]);
+  source.values.resize(triangles);
   return source;
 }
 
@@ -285,7 +290,7 @@ inline void add_sources(uint64_t seed, uint32_t count, format::Asset& asset) {
   Random random(seed + 0x736f7572);
   for (format::Object& object : asset.objects) {
     if (!object.triangles || count == 0) continue;
-    object.source_triangles = random_source(random, object.triangles->triangles.size());
+    object.numbers[format::kSourceTriangles] = random_source(random, object.triangles->triangles.size());
     --count;
   }
 }
@@ -299,6 +304,54 @@ inline void move_far_away(uint64_t seed, format::Asset& asset) {
       instance.transform[4 * a + 3] = static_cast<float>(exact);
       instance.remainder[a] = static_cast<float>(exact - double(instance.transform[4 * a + 3]));
     }
+}
+
+/// Numbers of all other kinds.
+inline void add_numbers(uint64_t seed, format::Asset& asset) {
+  Random random(seed + 0x6e756d73);
+  for (format::Object& object : asset.objects) {
+    if (!object.triangles) continue;
+    for (const uint32_t kind : {format::kMaterials, format::kUserValues, format::kSourceVertices}) {
+      if (random.below(3) == 0) continue;
+      format::Numbers& numbers = object.numbers[kind];
+      const uint32_t bits = random.below(33);
+      numbers.below =
+          bits == 32 ? 0 : (1u << bits) - (random.below(2) && bits > 0 ? random.below(1u << (bits - 1)) : 0);
+      numbers.values.resize(kind == format::kSourceVertices ? object.triangles->vertices.size()
+                                                            : object.triangles->triangles.size());
+      for (uint32_t& value : numbers.values)
+        value = numbers.below ? random.below(numbers.below) : random.below(0xffffffff);
+    }
+  }
+}
+
+/// Coarser stand-ins for some objects, which instances do not name: copies of others.
+inline void add_levels(uint64_t seed, uint32_t count, format::Asset& asset) {
+  Random random(seed + 0x6c657665);
+  for (; count > 0; --count) {
+    const uint32_t at = random.below(uint32_t(asset.objects.size()));
+    if (asset.objects[at].level == format::kMaxLevel) continue;
+    if (at > 0 && asset.objects[at - 1].level != 0) continue;  // it has one already
+    format::Object coarser = asset.objects[at];
+    coarser.name += " coarser";
+    coarser.primary.reset();
+    ++coarser.level;
+    coarser.error = random.between(0.0f, 0.1f);
+    asset.objects.insert(asset.objects.begin() + at, std::move(coarser));
+    for (format::Instance& instance : asset.instances) instance.object += instance.object >= at;
+  }
+}
+
+/// Masks, flags, values and parents, each of some instances.
+inline void add_settings(uint64_t seed, format::Asset& asset) {
+  Random random(seed + 0x73657474);
+  for (uint32_t i = 0; i < asset.instances.size(); ++i) {
+    format::Instance& instance = asset.instances[i];
+    if (random.below(3) == 0) instance.mask = random.below(16);
+    if (random.below(4) == 0) instance.flags = format::kDisabled;
+    if (random.below(2)) instance.user = uint64_t{random.below(0xffffffff)} << random.below(33);
+    if (i > 0 && random.below(2)) instance.parent = random.below(i);
+  }
 }
 
 /// As sources.
@@ -385,6 +438,10 @@ inline format::Asset random_asset(uint64_t seed, const RandomAssetOptions& optio
   if (options.translations) move_far_away(seed, asset);
   add_sources(seed, options.sources, asset);
   add_colors(seed, options.colors, asset);
+  if (options.numbers) add_numbers(seed, asset);
+  if (options.settings) add_settings(seed, asset);
+  add_levels(seed, options.levels, asset);
+  if (options.proves_nothing) asset.prover = 0;
   asset.metadata = R"({"schema":"nifkit.test/1","seed":)" + std::to_string(seed) + "}";
   return asset;
 }

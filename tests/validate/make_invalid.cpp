@@ -42,6 +42,7 @@ std::vector<format::Asset> assets() {
         options.primaries = kind == 4;
         options.sources = kind == 1;
         options.colors = kind == 3;
+        options.numbers = kind == 2;
         options.coded = coded;
         if (kind == 5) options.bvhs = 2;
         all.push_back(random_asset(seed, options));
@@ -119,6 +120,9 @@ void break_shell(const Bytes& good, Collection& collection) {
   with_header([](auto&) {}, false);
   with_header([](auto& h) { h.version = 3; }, true);
   with_header([](auto& h) { h.reserved[0] = 1; }, true);
+  with_header([](auto& h) { h.flags = 2; }, true);
+  with_header([](auto& h) { h.arithmetic = 0; }, true);
+  with_header([](auto& h) { h.prover = 0; }, true);
   with_header([](auto& h) { h.flags = format::kPlacesNothing; }, true);
   with_header([](auto& h) { h.section_count = 0; }, true);
   with_header([](auto& h) { h.table_crc ^= 1; }, true);
@@ -139,7 +143,6 @@ void break_shell(const Bytes& good, Collection& collection) {
     collection.offer(file);
   };
   const uint32_t last = load<format::Header>(good, 0).section_count - 1;
-  with_entry(0, [](auto& e) { e.reserved = 1; });
   with_entry(0, [](auto& e) { e.offset += 64; });
   with_entry(0, [](auto& e) { e.flags ^= format::kRequired; });
   with_entry(last, [](auto& e) { e.bytes += 1; });
@@ -151,9 +154,22 @@ void break_shell(const Bytes& good, Collection& collection) {
     file[entry.offset + entry.bytes] = std::byte{1};
     collection.offer(file);
   }
-  Bytes wrong_section = good;
-  wrong_section.back() ^= std::byte{1};
-  collection.offer(wrong_section);
+  for (uint32_t i = 0; i <= last; ++i) {  // of a section, of a payload
+    Bytes wrong = good;
+    wrong[section_entry(good, i).offset] ^= std::byte{1};
+    collection.offer(wrong);
+  }
+  Bytes with_two = good;
+  auto data = section_entry(good, find_section(good, format::kData));
+  data.crc = 1;
+  store_entry(with_two, find_section(good, format::kData), data);
+  header = load<format::Header>(good, 0);
+  header.table_crc = format::crc32c(std::span<const std::byte>(with_two).subspan(
+      sizeof(header), header.section_count * sizeof(format::SectionEntry)));
+  header.header_crc = 0;
+  header.header_crc = format::crc32c(std::as_bytes(std::span(&header, 1)));
+  store(with_two, 0, header);
+  collection.offer(with_two);
 }
 
 /// Adds, removes and changes whole sections.
@@ -166,7 +182,7 @@ void break_sections(const Bytes& good, Collection& collection) {
     offer(more);
   }
   std::vector<Part> unused = parts;
-  unused.push_back({format::kTriangles, format::kRequired, {}});
+  unused.push_back({format::kTriangles, format::kRequired, {}, sizeof(format::TrianglesRecord)});
   offer(unused);
   std::vector<Part> turned = parts;
   std::swap(turned.front(), turned.back());
@@ -185,6 +201,12 @@ void break_sections(const Bytes& good, Collection& collection) {
     }
     empty[i].content.clear();
     offer(empty);
+    if (parts[i].record_size != 0) {
+      std::vector<Part> wider = parts;
+      wider[i].content.resize(wider[i].count() * (parts[i].record_size + 8));
+      wider[i].record_size += 8;
+      if (wider[i].count() <= 1) offer(wider);
+    }
     if (parts[i].type == format::kMetadata)
       for (const char* text : {"\xff", "[1]", "{", "{}"}) {
         std::vector<Part> other = parts;
@@ -296,13 +318,8 @@ void break_content(Collection& collection) {
   with([](auto& a) { a.objects[0].aabb_max[1] = a.objects[0].aabb_min[1]; });
 }
 
-/// The section of this type, which must be present.
-Part& section_of(std::vector<Part>& parts, uint32_t type) {
-  return *std::find_if(parts.begin(), parts.end(), [&](const Part& part) { return part.type == type; });
-}
-
-/// Coded cells that no encoder writes: with kinds that follow from the planes, or with cells that fail to
-/// separate outside from inside.
+/// Words of cells that no encoder would code so: with kinds that follow from the planes, or with cells that
+/// do not separate what they must.
 void break_coded_cells(const format::Asset& asset, Collection& collection) {
   const Bytes good = format::encode(asset);
   const ExactBuffer buffer(good);
@@ -321,9 +338,8 @@ void break_coded_cells(const format::Asset& asset, Collection& collection) {
     Bytes& content = section_of(parts, format::kPlanes).content;
     auto record = load<format::PlanesRecord>(content, 0);
     record.forms |= format::kCodedCells | (stated ? uint32_t{format::kStatedKinds} : 0u);
-    record.cells.bytes = bytes.size();
     store(content, 0, record);
-    section_of(parts, format::kCells).content = bytes;
+    set_payload(parts, payload::kCells, 0, bytes);
     collection.offer(file_of(good, parts));
   };
   offer(words, true);
@@ -373,12 +389,14 @@ format::Asset shell_of_voxels() {
 void break_links(const Bytes& good, Collection& collection) {
   const std::vector<Part> parts = parts_of(good);
   std::vector<Part> changed = parts;
-  const Bytes words = section_of(changed, format::kCells).content;
+  const Bytes words = payload_of(changed, payload::kCells, 0);
   for (size_t at = 0; at < words.size(); at += 4)
     for (uint32_t part = 0; part < 8; ++part) {
       const uint32_t word = load<uint32_t>(words, at) | 1u << (4 + part);
       if (kernels::word_kind(word) != kernels::kLink) continue;
-      store(section_of(changed = parts, format::kCells).content, at, word);
+      Bytes other = words;
+      store(other, at, word);
+      set_payload(changed = parts, payload::kCells, 0, other);
       collection.offer(file_of(good, changed));
     }
 }
@@ -389,10 +407,11 @@ void break_grid(const format::Asset& asset, Collection& collection) {
   const std::vector<Part> parts = parts_of(good);
   std::vector<Part> changed = parts;
   auto record = load<format::PlanesRecord>(section_of(changed, format::kPlanes).content, 0);
-  Bytes& occupancy = section_of(changed, format::kOccupancy).content;
+  Bytes occupancy = payload_of(changed, payload::kOccupancy, 0);
   const auto last = load<uint16_t>(occupancy, occupancy.size() - 2);
   if (last < kernels::kFirstMixedBrick) {
     store(occupancy, occupancy.size() - 2, uint16_t(kernels::kFirstMixedBrick + record.mixed_bricks));
+    set_payload(changed, payload::kOccupancy, 0, occupancy);
     collection.offer(file_of(good, changed));
   }
   record.voxels_per_unit = 3e38f;
@@ -409,12 +428,11 @@ struct Tree {
 
   explicit Tree(const Bytes& file) : parts(parts_of(file)) {
     record = load<format::TrianglesRecord>(section_of(parts, format::kTriangles).content, 0);
-    content = section_of(parts, format::kTrees).content;
+    content = payload_of(parts, payload::kTree, 0);
   }
   void offer(const Bytes& file, Collection& collection) {
-    record.tree.bytes = content.size();
     store(section_of(parts, format::kTriangles).content, 0, record);
-    section_of(parts, format::kTrees).content = content;
+    set_payload(parts, payload::kTree, 0, content);
     collection.offer(file_of(file, parts));
   }
 };
@@ -481,25 +499,34 @@ void break_optional(Collection& collection) {
   options.max_voxels = 6;
   options.bvhs = options.proofs = options.sources = options.colors = 1;
   const Bytes good = format::encode(random_asset(1, options));
-  collection.offer(with_record<format::SourceRecord>(good, format::kSourceRecords, 0,
-                                                     [](auto& record) { record.object = 1; }));
+  collection.offer(with_record<format::NumbersRecord>(good, format::kNumbersRecords, 0,
+                                                      [](auto& record) { record.object = 1; }));
   collection.offer(with_record<format::ColorsRecord>(good, format::kColorRecords, 0,
                                                      [](auto& record) { record.object = 0; }));
 }
 
-/// Too few translations, and one that differs from the transform.
-void break_translations(Collection& collection) {
-  RandomAssetOptions options;
-  options.objects = 0;
-  options.instances = options.bvhs = 1;
-  options.translations = true;
-  const Bytes good = format::encode(random_asset(1, options));
-  std::vector<Part> parts = parts_of(good);
-  Bytes& content = section_of(parts, format::kTranslations).content;
-  store(content, 0, load<double>(content, 0) + 1e6);
-  collection.offer(file_of(good, parts));
-  content.clear();
-  collection.offer(file_of(good, parts));
+/// Levels, instances and flags that contradict each other, or that are unknown.
+void break_placing(Collection& collection) {
+  const Bytes good =
+      format::encode(random_asset(1, {.objects = 0, .instances = 2, .max_voxels = 4, .bvhs = 2}));
+  const auto object = [&](const std::function<void(format::ObjectRecord&)>& change) {
+    collection.offer(with_record<format::ObjectRecord>(good, format::kObjects, 0, change));
+  };
+  object([](auto& r) { r.level = 2; });
+  object([](auto& r) { r.level = 1; });
+  object([](auto& r) { r.error = -1; });
+  object([](auto& r) { r.flags = format::kDeforms; });
+  const auto instance = [&](const std::function<void(format::InstanceRecord&)>& change) {
+    collection.offer(with_record<format::InstanceRecord>(good, format::kInstances, 0, change));
+  };
+  instance([](auto& r) { r.translation[0] = 1.0 / 3; });
+  instance([](auto& r) { r.parent = 1; });
+  // A coarser level that is placed.
+  format::Asset levels = random_asset(1, {.objects = 0, .instances = 1, .max_voxels = 4, .bvhs = 2});
+  levels.objects[0].level = 1;
+  levels.instances[0].object = 1;
+  collection.offer(with_record<format::InstanceRecord>(format::encode(levels), format::kInstances, 0,
+                                                       [](auto& r) { r.object = 0; }));
 }
 
 void break_by_hand(Collection& collection) {
@@ -520,7 +547,7 @@ void break_by_hand(Collection& collection) {
   }
   break_coded_cells(shell_of_voxels(), collection);
   break_optional(collection);
-  break_translations(collection);
+  break_placing(collection);
 }
 
 void make(const std::filesystem::path& folder, uint32_t tries) {

@@ -129,8 +129,9 @@ std::vector<std::string> notes_of(const mesh::Scene& scene, const bake::BakeOpti
   if (scene.merging && scene.merging->merged.empty()) notes.push_back("--merge: " + summary(*scene.merging));
   notes.insert(notes.end(), result.notes.begin(), result.notes.end());
   if (options.source_triangles &&
-      std::ranges::none_of(result.asset.objects,
-                           [](const format::Object& object) { return object.source_triangles.has_value(); }))
+      std::ranges::none_of(result.asset.objects, [](const format::Object& object) {
+        return object.numbers.contains(format::kSourceTriangles);
+      }))
     notes.push_back("--source-triangles: no object became exact, so none stores triangles");
   if (options.colors && !bake::has_colors(scene))
     notes.push_back("--colors: the mesh has no readable colours, so none are stored");

@@ -48,15 +48,25 @@ MeasuredAsset::MeasuredAsset(const std::string& asset, const std::string& mesh,
   if (auto merged = merged_as_baked(scene_, metadata_of(info_), asset, mesh)) scene_ = *std::move(merged);
   prepared_ = naming(mesh, [&] { return bake::prepare(scene_); });
   const size_t count = prepared_.objects.size();
-  if (info_.object_count != count) {
-    throw Error(Status::mesh_mismatch,
-                fmt::format("{} was not baked from {}: it has {} objects, but the mesh file has {}", asset,
-                            shown_name(mesh), info_.object_count, count));
-  }
-  for (uint32_t i = 0; i < count; ++i) {
+  std::vector<NifObjectInfo> objects;
+  for (uint32_t i = 0; i < info_.object_count; ++i) {
     NifObjectInfo object{};
     object.struct_size = sizeof(object);
     check(nifGetObjectInfo(asset_.handle, i, &object));
+    if (object.level != 0) continue;
+    if (*object.unsupported)
+      throw Error(Status::unsupported_nif,
+                  fmt::format("{}: object '{}' {}", asset, object.name, object.unsupported));
+    numbers_.push_back(i);
+    objects.push_back(object);
+  }
+  if (objects.size() != count) {
+    throw Error(Status::mesh_mismatch,
+                fmt::format("{} was not baked from {}: it has {} objects, but the mesh file has {}", asset,
+                            shown_name(mesh), objects.size(), count));
+  }
+  for (uint32_t i = 0; i < count; ++i) {
+    const NifObjectInfo& object = objects[i];
     const bake::Prepared& prepared = prepared_.objects[i];
     if (!match(object, prepared)) {
       throw Error(Status::mesh_mismatch,
@@ -96,10 +106,10 @@ uint64_t MeasuredAsset::triangles() const {
 
 namespace {
 
-Scene scene_of(const Device& device, const Asset& asset, size_t object) {
+Scene scene_of(const Device& device, const Asset& asset, uint32_t object) {
   Scene scene;
   check(nifNewScene(device.handle, &scene.handle));
-  check(nifAddInstance(scene.handle, asset.handle, uint32_t(object), nullptr, nullptr));
+  check(nifAddInstance(scene.handle, asset.handle, object, nullptr, nullptr));
   check(nifCommitScene(scene.handle));
   return scene;
 }
@@ -129,15 +139,14 @@ std::vector<Scene> MeasuredAsset::each_alone(uint32_t threads) const {
   check(nifNewDevice(configuration.c_str(), nullptr, &device.handle));
   check(nifLoadAssetFile(device.handle, path_.c_str(), NIF_LOAD_COPY, &asset.handle));
   std::vector<Scene> scenes;
-  for (size_t object = 0; object < info_.object_count; ++object)
-    scenes.push_back(scene_of(device, asset, object));
+  for (const uint32_t object : numbers_) scenes.push_back(scene_of(device, asset, object));
   return scenes;
 }
 
-Scene MeasuredAsset::alone(size_t object) const { return scene_of(device_, asset_, object); }
+Scene MeasuredAsset::alone(size_t object) const { return scene_of(device_, asset_, numbers_[object]); }
 
 Scene MeasuredAsset::alone_by_reference(size_t object) const {
-  return scene_of(reference_device_, reference_asset_, object);
+  return scene_of(reference_device_, reference_asset_, numbers_[object]);
 }
 
 bake::Answerer runtime_answerer(NifScene scene) {

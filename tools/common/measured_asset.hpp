@@ -55,6 +55,7 @@ class MeasuredAsset {
   mesh::Scene scene_;
   bake::PreparedScene prepared_;
   std::vector<std::string> names_;
+  std::vector<uint32_t> numbers_;  ///< of the objects of level 0 in the asset
   std::vector<bool> proves_, has_source_triangles_;
   bool any_spherical_ = false;
 };

@@ -13,7 +13,8 @@ std::vector<double> voxels_per_unit(const std::string& asset) {
   const format::AssetView view = format::read_asset(memory.bytes(), asset);
   std::vector<double> all;
   for (const format::ObjectView& object : view.objects)
-    all.push_back(bake::voxels_per_unit(format::field_of(object)));
+    if (object.level == 0)
+      all.push_back(object.unsupported ? 0 : bake::voxels_per_unit(format::field_of(object)));
   return all;
 }
 

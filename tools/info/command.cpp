@@ -31,8 +31,12 @@ struct Arguments {
 nlohmann::ordered_json describe_object(const format::AssetView& view, uint32_t index) {
   nlohmann::ordered_json json = bake::describe(view.objects[index]);
   if (const format::PrimaryView* primary = view.primary_of(index)) json["primary"] = bake::to_json(*primary);
-  if (const format::SourceTrianglesView* source = view.source_triangles_of(index))
-    json["source_triangles"] = source->triangles;
+  const format::ObjectView& object = view.objects[index];
+  json["level"] = object.level;
+  json["error"] = object.error;
+  if (object.unsupported) json["unsupported"] = std::string("it ") + object.unsupported;
+  if (const format::NumbersView* source = view.numbers_of(index, format::kSourceTriangles))
+    json["source_triangles"] = source->below;
   if (view.colors_of(index)) json["colors"] = true;
   return json;
 }
@@ -44,6 +48,10 @@ nlohmann::ordered_json describe(const Arguments& arguments, const format::AssetV
   for (const format::InstanceView& instance : view.instances) {
     instances.push_back(
         {{"name", instance.name}, {"object", instance.object}, {"transform", instance.transform}});
+    if (instance.mask != 0xffffffff) instances.back()["mask"] = instance.mask;
+    if (instance.flags & format::kDisabled) instances.back()["disabled"] = true;
+    if (instance.user != 0) instances.back()["user"] = instance.user;
+    if (instance.parent != format::kNoParent) instances.back()["parent"] = instance.parent;
     if (instance.remainder != std::array<float, 3>{}) {
       nlohmann::ordered_json& translation = instances.back()["translation"];
       for (size_t a = 0; a < 3; ++a)
@@ -57,11 +65,25 @@ nlohmann::ordered_json describe(const Arguments& arguments, const format::AssetV
           {"file", arguments.file},
           {"version", format::kVersion},
           {"experimental", true},
+          {"arithmetic", view.arithmetic},
+          {"prover", view.prover},
+          {"proves", format::proves(view.prover)},
           {"objects", std::move(objects)},
           {"instances", std::move(instances)},
           {"places_nothing", view.places_nothing},
           {"bytes", bytes_json(view)},
           {"metadata", std::move(metadata)}};
+}
+
+/// How many instances are disabled, and how many others only some rays meet.
+std::pair<size_t, size_t> restricted_instances(const format::AssetView& view) {
+  size_t disabled = 0, masked = 0;
+  for (const format::InstanceView& instance : view.instances)
+    if (instance.flags & format::kDisabled)
+      ++disabled;
+    else if (instance.mask != 0xffffffff)
+      ++masked;
+  return {disabled, masked};
 }
 
 /// `metadata[a][b]` as text, or "unknown": metadata may contain anything, or be missing.
@@ -76,6 +98,10 @@ void print(const format::AssetView& view, const nlohmann::ordered_json& json) {
   fmt::print("{}: nif version {} (experimental), {}, {}\n", json["file"].get<std::string>(), format::kVersion,
              count_of(view.objects.size(), "object"),
              view.places_nothing ? "places nothing" : count_of(view.instances.size(), "instance"));
+  fmt::print("revisions arithmetic {}, prover {}{}\n", view.arithmetic, view.prover,
+             format::proves(view.prover) ? "" : ": nothing is proven, so no answer is certain");
+  if (const auto [disabled, masked] = restricted_instances(view); disabled + masked != 0)
+    fmt::print("instances {} disabled, {} with a mask\n", disabled, masked);
   fmt::print("bytes     {} as a file, {} resident\n", json["bytes"]["file"].get<uint64_t>(),
              json["bytes"]["resident"].get<uint64_t>());
   for (const auto& [name, part] : json["bytes"]["parts"].items()) {
@@ -105,9 +131,11 @@ void print(const format::AssetView& view, const nlohmann::ordered_json& json) {
   constexpr size_t kShown = 20;
   for (size_t i = 0; i < std::min(kShown, view.objects.size()); ++i) {
     const format::ObjectView& object = view.objects[i];
-    const format::SourceTrianglesView* source = view.source_triangles_of(uint32_t(i));
-    fmt::print("object    '{}': {} triangles{}, {}\n", printable(object.name), object.triangle_count,
-               source ? fmt::format(" with their numbers among {}", source->triangles) : "",
+    const format::NumbersView* source = view.numbers_of(uint32_t(i), format::kSourceTriangles);
+    fmt::print("object    '{}'{}: {} triangles{}, {}\n", printable(object.name),
+               object.level ? fmt::format(", level {} with an error of {}", object.level, object.error) : "",
+               object.triangle_count,
+               source ? fmt::format(" with their numbers among {}", source->below) : "",
                bake::summary(object) + (view.colors_of(uint32_t(i)) ? ", with colours" : ""));
   }
   if (!view.primaries.empty()) fmt::print("primary   {}\n", bake::summary(view.primaries.front()));

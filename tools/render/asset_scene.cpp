@@ -1,5 +1,5 @@
 // Hits report instances by number, so kinds_ must follow the order in which nifAddAsset() adds instances: one
-// for each instance of the file, or one for each object if it has no instances.
+// for each instance of the file, or one for each object of level 0 if it has no instances.
 #include "tools/render/asset_scene.hpp"
 
 #include <fmt/format.h>
@@ -56,7 +56,7 @@ AssetScene::Added AssetScene::add(const ObjectDescription& object) {
     about.struct_size = sizeof(about);
     tools::check(nifGetObjectInfo(asset.handle, i, &about));
     added.objects.push_back(about);
-    if (!no_first_hits_ && !knows_first_hits(about.encoding))
+    if (!no_first_hits_ && about.level == 0 && !*about.unsupported && !knows_first_hits(about.encoding))
       no_first_hits_ = fmt::format("object '{}' of {} has an encoding that does not report where rays hit it",
                                    about.name, *object.nif);
   }
@@ -71,7 +71,7 @@ AssetScene::Added AssetScene::add(const ObjectDescription& object) {
   }
   if (info.instance_count == 0 && !info.places_nothing)
     for (const NifObjectInfo& about : added.objects)
-      kinds_.push_back(kind_of(object, about, object.transform));
+      if (about.level == 0) kinds_.push_back(kind_of(object, about, object.transform));
   asset_bytes_ += info.file_bytes;
   resident_bytes_ += info.resident_bytes;
   assets_.push_back(std::move(asset));

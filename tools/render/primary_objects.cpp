@@ -36,10 +36,9 @@ void PrimaryObjects::add(const ObjectDescription& object, const std::string& pla
                           normals,
                           {object.albedo, double(about.bias) * size, diagonal * size, true}});
   };
-  for (const format::InstanceView& instance : asset.instances)
-    add_instance(instance.object, instance.transform);
-  if (asset.instances.empty() && !asset.places_nothing)
-    for (uint32_t i = 0; i < asset.objects.size(); ++i) add_instance(i, mesh::kIdentity);
+  asset.for_each_placed([&](uint32_t index, const format::InstanceView* instance) {
+    add_instance(index, instance ? instance->transform : mesh::kIdentity);
+  });
 }
 
 std::optional<SurfacePoint> PrimaryObjects::trace(const Double3& origin, const Double3& direction,

@@ -125,7 +125,9 @@ class NifAssetInfo(Structure):
         ("metadata_bytes", c_uint64),
         ("gpu_bytes", c_uint64),
         ("places_nothing", c_uint32),
-        ("reserved", c_uint32),
+        ("arithmetic", c_uint32),
+        ("prover", c_uint32),
+        ("proves", c_uint32),
     ]
 
 
@@ -152,7 +154,9 @@ class NifObjectInfo(Structure):
         ("proves", c_uint32),
         ("source_triangles", c_uint32),
         ("colors", c_uint32),
-        ("reserved", c_uint32),
+        ("level", c_uint32),
+        ("error", c_float),
+        ("unsupported", c_char_p),
     ]
 
 
@@ -161,8 +165,11 @@ class NifAssetInstanceInfo(Structure):
         ("struct_size", c_uint64),
         ("name", c_char_p),
         ("object", c_uint32),
-        ("reserved", c_uint32),
+        ("parent", c_uint32),
         ("transform", c_float * 12),
+        ("user", c_uint64),
+        ("mask", c_uint32),
+        ("flags", c_uint32),
     ]
 
 

@@ -9,7 +9,7 @@ from typing import IO, TYPE_CHECKING, Any, Callable, NamedTuple, Optional, TypeV
 import numpy as np
 
 from ._abi import (
-    LOAD_COPY, LOAD_IN_PLACE, Encoding, ErrorCode, NifAssetInfo, NifAssetInstanceInfo, NifObjectInfo, NifPartInfo, Structure,
+    LOAD_COPY, LOAD_IN_PLACE, NONE, Encoding, ErrorCode, InstanceFlags, NifAssetInfo, NifAssetInstanceInfo, NifObjectInfo, NifPartInfo, Structure,
 )
 from ._device import Device, check_device, default_device
 from ._handle import Handle
@@ -38,7 +38,7 @@ class Object(NamedTuple):
 
     name: str
     encoding: Union[Encoding, int]
-    """An int if it is newer than this package."""
+    """An int if it is newer than this package; 0 if the object is unsupported."""
     network: int
     """Number of its network, below `Asset.network_count`; means nothing for encodings without networks."""
     bounds: npt.NDArray[np.float32]
@@ -54,6 +54,12 @@ class Object(NamedTuple):
     """The number of triangles in the source mesh, if first hits return numbers of it; 0: they return the object's own."""
     colors: bool
     """Do first hits have the surface's colours?"""
+    level: int
+    """Above 0: a coarser stand-in for the next object, which is a level below."""
+    error: float
+    """The largest distance of its surface from the source's, in object units; 0: none or unknown."""
+    unsupported: str
+    """Why this version cannot answer the object, which cannot be placed then; "" for all others."""
 
 
 class AssetInstance(NamedTuple):
@@ -63,6 +69,12 @@ class AssetInstance(NamedTuple):
     object: int
     transform: npt.NDArray[np.float32]
     """[3, 4] from object space to that of the asset, rounded to float32; `Scene.add_asset()` uses all digits of the file."""
+    parent: Optional[int]
+    """Number of an earlier instance of the file that takes this one along when it moves."""
+    user: int
+    """This and the next two are set by `Scene.add_asset()`."""
+    mask: int
+    flags: InstanceFlags
 
 
 class Asset(Handle):
@@ -198,11 +210,16 @@ def _object(info: NifObjectInfo) -> Object:
     return Object(
         text(info.name), encoding, int(info.network), kept([info.bounds_min, info.bounds_max]), float(info.bias),
         int(info.triangles), int(info.resident_bytes), bool(info.proves), int(info.source_triangles), bool(info.colors),
+        int(info.level), float(info.error), text(info.unsupported),
     )
 
 
 def _instance(info: NifAssetInstanceInfo) -> AssetInstance:
-    return AssetInstance(text(info.name), int(info.object), kept(info.transform).reshape(3, 4))
+    parent = None if info.parent == NONE else int(info.parent)
+    return AssetInstance(
+        text(info.name), int(info.object), kept(info.transform).reshape(3, 4), parent, int(info.user), int(info.mask),
+        InstanceFlags(info.flags),
+    )
 
 
 def kept(numbers: Any) -> npt.NDArray[np.float32]:

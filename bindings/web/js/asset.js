@@ -4,7 +4,7 @@ import { bytesIn, readSignal, refuse, wholeNumber } from './errors.js';
 import { bytesOf, open } from './host.js';
 
 const kBrand = Symbol('nifkit');
-const encodings = { 1: 'segment', 2: 'spherical', 3: 'bvh', 4: 'exact', 5: 'proof' };
+const encodings = { 1: 'segment', 2: 'spherical', 3: 'bvh', 4: 'exact', 5: 'proof', 0: 'unsupported' };
 
 /** The bytes of a source, and its name for messages. */
 export async function readSource(source, signal) {
@@ -51,7 +51,7 @@ export class Asset {
 
   get info() {
     this.#ask('_web_asset_info');
-    const [objects, instances, networks, formatVersion, fileBytes, residentBytes, metadata, metadataBytes, placesNothing] =
+    const [objects, instances, networks, formatVersion, fileBytes, residentBytes, metadata, metadataBytes, placesNothing, arithmetic, prover, proves] =
       this.#device._said();
     const text = this.#device._text(metadata, metadataBytes);
     return {
@@ -61,6 +61,9 @@ export class Asset {
       placesNothing: placesNothing !== 0,
       networks,
       formatVersion,
+      arithmetic,
+      prover,
+      proves: proves !== 0,
       fileBytes,
       residentBytes,
       // Refused only when it is read: the rest of the asset is valid whatever the metadata is.
@@ -89,13 +92,24 @@ export class Asset {
       proves: said[12] !== 0,
       sourceTriangles: said[13],
       colors: said[14] !== 0,
+      level: said[15],
+      error: said[16],
+      unsupported: this.#device._text(said[17]),
     };
   }
 
   instance(instance) {
     this.#ask('_web_asset_instance_info', wholeNumber(instance, 'instance'));
     const said = Array.from(this.#device._said());
-    return { name: this.#device._text(said[0]), object: said[1], transform: said.slice(2, 14) };
+    return {
+      name: this.#device._text(said[0]),
+      object: said[1],
+      transform: said.slice(2, 14),
+      parent: said[14] === 0xffffffff ? undefined : said[14],
+      mask: said[15],
+      flags: said[16],
+      user: (BigInt(said[18]) << 32n) | BigInt(said[17]),
+    };
   }
 
   get disposed() {

@@ -56,6 +56,11 @@ export interface AssetInfo {
   placesNothing: boolean;
   networks: number;
   formatVersion: number;
+  /** The revisions of the arithmetic by which the asset is answered, and of what proved its planes. */
+  arithmetic: number;
+  prover: number;
+  /** False: no answer about its objects is certain. */
+  proves: boolean;
   fileBytes: number;
   residentBytes: number;
   /** The baker's metadata, parsed; undefined if there is none. Throws NIF_ERROR_DAMAGED_NIF if it is not JSON. */
@@ -64,7 +69,7 @@ export interface AssetInfo {
 
 export interface ObjectInfo {
   name: string;
-  encoding: 'segment' | 'spherical' | 'bvh' | 'exact' | 'proof';
+  encoding: 'segment' | 'spherical' | 'bvh' | 'exact' | 'proof' | 'unsupported';
   network: number;
   /** Of the source mesh, in object space. */
   boundsMin: number[];
@@ -77,6 +82,12 @@ export interface ObjectInfo {
   /** 0: the object does not have the source mesh's numbers of triangles. */
   sourceTriangles: number;
   colors: boolean;
+  /** Above 0: a coarser stand-in for the next object, which is a level below. */
+  level: number;
+  /** The largest distance of its surface from the source's, in object units; 0: none or unknown. */
+  error: number;
+  /** Why this version cannot answer the object, which cannot be placed then; '' for all others. */
+  unsupported: string;
 }
 
 /** A placement of an object in the asset's file. */
@@ -85,6 +96,12 @@ export interface AssetInstanceInfo {
   object: number;
   /** 12 numbers, as a Transform. */
   transform: number[];
+  /** The number of an earlier instance of the file that takes this one along when it moves. */
+  parent: number | undefined;
+  /** This and the next two are set by Scene.addAsset(). */
+  mask: number;
+  flags: number;
+  user: bigint;
 }
 
 export interface SignalOptions {

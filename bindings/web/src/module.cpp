@@ -140,32 +140,33 @@ EMSCRIPTEN_KEEPALIVE int web_load_asset(NifDevice device, const void* bytes, uin
 EMSCRIPTEN_KEEPALIVE void web_release_asset(NifAsset asset) { nifReleaseAsset(asset); }
 
 /// objects, instances, networks, version of the format, bytes of the file, bytes in memory, metadata, its
-/// bytes, whether it places nothing
+/// bytes, whether it places nothing, revisions of arithmetic and prover, whether it proves
 EMSCRIPTEN_KEEPALIVE int web_asset_info(NifAsset asset) {
   NifAssetInfo info = structure<NifAssetInfo>();
   const NifError error = nifGetAssetInfo(asset, &info);
   Saying() << info.object_count << info.instance_count << info.network_count << info.format_version
            << info.file_bytes << info.resident_bytes << info.metadata << info.metadata_bytes
-           << info.places_nothing;
+           << info.places_nothing << info.arithmetic << info.prover << info.proves;
   return error;
 }
 
 /// name, encoding, network, 6 bounds, bias, triangles, bytes in memory, whether it proves, source triangles,
-/// colours
+/// colours, level, error, why it is unsupported
 EMSCRIPTEN_KEEPALIVE int web_object_info(NifAsset asset, uint32_t object) {
   NifObjectInfo info = structure<NifObjectInfo>();
   const NifError error = nifGetObjectInfo(asset, object, &info);
   Saying() << info.name << int(info.encoding) << info.network << info.bounds_min << info.bounds_max
            << info.bias << info.triangles << info.resident_bytes << info.proves << info.source_triangles
-           << info.colors;
+           << info.colors << info.level << info.error << info.unsupported;
   return error;
 }
 
-/// name, object, 12 of the transform
+/// name, object, 12 of the transform, parent, mask, flags, user
 EMSCRIPTEN_KEEPALIVE int web_asset_instance_info(NifAsset asset, uint32_t instance) {
   NifAssetInstanceInfo info = structure<NifAssetInstanceInfo>();
   const NifError error = nifGetAssetInstanceInfo(asset, instance, &info);
-  Saying() << info.name << info.object << info.transform;
+  Saying() << info.name << info.object << info.transform << info.parent << info.mask << info.flags
+           << uint32_t(info.user) << uint32_t(info.user >> 32);
   return error;
 }
 

@@ -22,9 +22,6 @@ struct ObjectView;
 enum NetworkSection : uint32_t {
   kNetworks = fourcc("NETW"),  ///< NetworkRecord[]
   kMlps = fourcc("MLPS"),      ///< MlpRecord[]
-  kWeights = fourcc("WGTS"),   ///< the payload of each MlpRecord
-  kCorners = fourcc("CORN"),   ///< a payload of each NetworkRecord
-  kFeatures = fourcc("FEAT"),  ///< a payload of each NetworkRecord
 };
 
 /// How the payloads are stored, as bits.
@@ -34,7 +31,7 @@ enum NetworkForm : uint32_t {
   kNetworkForms = 3    ///< all bits
 };
 
-struct NetworkRecord {  // 64 bytes: the members of kernels::NetworkField with the same names
+struct NetworkRecord {  // 80 bytes: the members of kernels::NetworkField with the same names
   uint32_t mlp;         ///< index into kMlps; objects may share one
   uint32_t corners;
   uint32_t features_per_corner;
@@ -45,13 +42,13 @@ struct NetworkRecord {  // 64 bytes: the members of kernels::NetworkField with t
   Payload brick_corners;  ///< brick_corners, corner_base, in that order, without gaps
   Payload features;       ///< [corners][features_per_corner] int8
 };
-static_assert(sizeof(NetworkRecord) == 64);
+static_assert(sizeof(NetworkRecord) == 80);
 
 struct LayerRecord {  // 12 bytes
   uint32_t inputs, outputs, shift;
 };
 
-struct MlpRecord {  // 80 bytes
+struct MlpRecord {  // 88 bytes
   uint32_t layer_count;
   float logit_scale;
   LayerRecord layers[4];  ///< those beyond layer_count are 0
@@ -60,7 +57,7 @@ struct MlpRecord {  // 80 bytes
   Payload weights;        ///< for each layer in turn, without gaps (inputs is a multiple of 4):
                           ///< int32 biases [outputs], int8 weights [outputs][inputs]
 };
-static_assert(sizeof(MlpRecord) == 80);
+static_assert(sizeof(MlpRecord) == 88);
 
 struct Layer {
   uint32_t inputs = 0, outputs = 0, shift = 0;
@@ -135,40 +132,24 @@ struct NetworkView {
   void drop_bytes();
 };
 
-/// As PlanesReader.
-class NetworkReader {
- public:
-  /// Reads what objects share into the asset.
-  NetworkReader(const SectionTable& sections, std::string_view file, AssetView& asset);
-  uint32_t count() const { return records_.count(); }
-  NetworkView read(uint32_t index, const ObjectView& object);
-  void finish() const;
-
- private:
-  std::string_view file_;
-  AssetView& asset_;
-  Records<NetworkRecord> records_;
-  Payloads corners_, features_;
-};
-
-class NetworkWriter {
- public:
-  NetworkWriter(Sections& sections, const Asset& asset);
-  void add(const NetworkData& data, const Object& object);
-
- private:
-  Section *records_, *corners_, *features_;
-};
-
 /// As formats/nif/parts.hpp requires.
+struct MlpsOfNetworks {
+  static constexpr uint32_t kRecords = kMlps;
+  using Record = MlpRecord;
+
+  template <class Asset>
+  static auto& of(Asset& asset) {
+    return asset.mlps;
+  }
+};
+
 struct NetworkPart {
   static constexpr const char* kName = "network";
-  static constexpr uint32_t kSections[] = {kNetworks, kMlps, kWeights, kCorners, kFeatures};
-  static constexpr uint32_t kPayloads[] = {kWeights, kCorners, kFeatures};
+  static constexpr uint32_t kRecords = kNetworks;
+  using Record = NetworkRecord;
   using Data = NetworkData;
   using View = NetworkView;
-  using Reader = NetworkReader;
-  using Writer = NetworkWriter;
+  using Shared = MlpsOfNetworks;
 
   template <class Object>
   static auto& of(Object& object) {
@@ -176,6 +157,10 @@ struct NetworkPart {
   }
 };
 
+MlpView read_record(const MlpRecord& record, const Reading& reading);
+MlpRecord write_record(const Mlp& mlp, Section& payloads);
+NetworkView read_record(const NetworkRecord& record, const ObjectView& object, const Reading& reading);
+NetworkRecord write_record(const NetworkData& data, const Object& object, Section& payloads);
 NetworkData to_data(const NetworkView& view, const kernels::PlanesField& planes);
 Mlp to_mlp(const MlpView& view);
 

@@ -31,51 +31,6 @@ bool symmetric(const int8_t* values, uint64_t count) {
   return found == 0;
 }
 
-MlpView read_mlp(const MlpRecord& record, Payloads& payloads, const Place& place) {
-  MlpView view;
-  kernels::Network& network = view.network;
-  place.require(record.reserved == 0, Rule::reserved_not_zero);
-  place.within(record.layer_count, 1, kMaxLayers, "layer_count", Rule::layer_count);
-  place.require(std::isfinite(record.logit_scale) && record.logit_scale > 0, Rule::logit_scale);
-  place.require(record.threshold >= -kernels::kMaxThreshold && record.threshold <= kernels::kMaxThreshold,
-                Rule::threshold_range);
-  network.layer_count = record.layer_count;
-  network.calibration = {record.logit_scale, record.threshold};
-  for (uint32_t l = 0; l < kMaxLayers; ++l) {
-    const LayerRecord& layer = record.layers[l];
-    if (l >= record.layer_count) {
-      place.require(layer.inputs == 0 && layer.outputs == 0 && layer.shift == 0, Rule::unused_layer);
-      continue;
-    }
-    if (l == 0)
-      place.within(layer.inputs, 4, kernels::kMaxInputs, "inputs of the first layer", Rule::first_inputs);
-    else
-      place.require(layer.inputs == record.layers[l - 1].outputs, Rule::layers_join);
-    place.require(layer.inputs % 4 == 0, Rule::inputs_multiple);
-    if (l + 1 == record.layer_count)
-      place.require(layer.outputs == 1, Rule::last_outputs);
-    else
-      place.within(layer.outputs, 4, kernels::kMaxWidth, "outputs of a hidden layer", Rule::outputs_range);
-    place.within(layer.shift, 0, kernels::kMaxShift, "shift", Rule::shift_range);
-    view.bytes += layer.outputs * (sizeof(int32_t) + layer.inputs);
-    network.layers[l] = {layer.inputs, layer.outputs, layer.shift, nullptr, nullptr};
-  }
-
-  const std::byte* at = payloads.next(record.weights, view.bytes, "weights", place).data();
-  for (uint32_t l = 0; l < record.layer_count; ++l) {
-    kernels::Network::Layer& layer = network.layers[l];
-    layer.biases = reinterpret_cast<const int32_t*>(at);
-    at += layer.outputs * sizeof(int32_t);
-    layer.weights = reinterpret_cast<const int8_t*>(at);
-    at += size_t(layer.outputs) * layer.inputs;
-    place.require(std::all_of(layer.biases, layer.biases + layer.outputs,
-                              [](int32_t b) { return b >= -kernels::kMaxBias && b <= kernels::kMaxBias; }),
-                  Rule::bias_value);
-    place.require(symmetric(layer.weights, uint64_t(layer.outputs) * layer.inputs), Rule::weight_range);
-  }
-  return view;
-}
-
 /// Reads only corners and features_per_corner of the field.
 bool decode_features(Bytes coded, const kernels::NetworkField& field, std::byte* to) {
   RangeDecoder decoder(coded);
@@ -110,27 +65,58 @@ void check_corners(const kernels::NetworkField& field, uint32_t mixed_bricks, co
 
 }  // namespace
 
-NetworkReader::NetworkReader(const SectionTable& sections, std::string_view file, AssetView& asset)
-    : file_(file),
-      asset_(asset),
-      records_(sections[kNetworks], "NETW", file),
-      corners_(sections[kCorners]),
-      features_(sections[kFeatures]) {
-  const Records<MlpRecord> mlps(sections[kMlps], "MLPS", file);
-  Payloads weights(sections[kWeights]);
-  asset.mlps.reserve(mlps.count());
-  for (uint32_t i = 0; i < mlps.count(); ++i)
-    asset.mlps.push_back(read_mlp(mlps[i], weights, Place{file, "MLPS", i}));
-  weights.finish("WGTS", file);
+MlpView read_record(const MlpRecord& record, const Reading& reading) {
+  const Place& place = reading.place;
+  MlpView view;
+  kernels::Network& network = view.network;
+  place.require(record.reserved == 0, Rule::reserved_not_zero);
+  place.within(record.layer_count, 1, kMaxLayers, "layer_count", Rule::layer_count);
+  place.require(std::isfinite(record.logit_scale) && record.logit_scale > 0, Rule::logit_scale);
+  place.require(record.threshold >= -kernels::kMaxThreshold && record.threshold <= kernels::kMaxThreshold,
+                Rule::threshold_range);
+  network.layer_count = record.layer_count;
+  network.calibration = {record.logit_scale, record.threshold};
+  for (uint32_t l = 0; l < kMaxLayers; ++l) {
+    const LayerRecord& layer = record.layers[l];
+    if (l >= record.layer_count) {
+      place.require(layer.inputs == 0 && layer.outputs == 0 && layer.shift == 0, Rule::unused_layer);
+      continue;
+    }
+    if (l == 0)
+      place.within(layer.inputs, 4, kernels::kMaxInputs, "inputs of the first layer", Rule::first_inputs);
+    else
+      place.require(layer.inputs == record.layers[l - 1].outputs, Rule::layers_join);
+    place.require(layer.inputs % 4 == 0, Rule::inputs_multiple);
+    if (l + 1 == record.layer_count)
+      place.require(layer.outputs == 1, Rule::last_outputs);
+    else
+      place.within(layer.outputs, 4, kernels::kMaxWidth, "outputs of a hidden layer", Rule::outputs_range);
+    place.within(layer.shift, 0, kernels::kMaxShift, "shift", Rule::shift_range);
+    view.bytes += layer.outputs * (sizeof(int32_t) + layer.inputs);
+    network.layers[l] = {layer.inputs, layer.outputs, layer.shift, nullptr, nullptr};
+  }
+
+  const std::byte* at = reading.payloads.next(record.weights, view.bytes, "weights", place).data();
+  for (uint32_t l = 0; l < record.layer_count; ++l) {
+    kernels::Network::Layer& layer = network.layers[l];
+    layer.biases = reinterpret_cast<const int32_t*>(at);
+    at += layer.outputs * sizeof(int32_t);
+    layer.weights = reinterpret_cast<const int8_t*>(at);
+    at += size_t(layer.outputs) * layer.inputs;
+    place.require(std::all_of(layer.biases, layer.biases + layer.outputs,
+                              [](int32_t b) { return b >= -kernels::kMaxBias && b <= kernels::kMaxBias; }),
+                  Rule::bias_value);
+    place.require(symmetric(layer.weights, uint64_t(layer.outputs) * layer.inputs), Rule::weight_range);
+  }
+  return view;
 }
 
-NetworkView NetworkReader::read(uint32_t index, const ObjectView& object) {
-  const NetworkRecord record = records_[index];
-  const Place place{file_, "NETW", index};
+NetworkView read_record(const NetworkRecord& record, const ObjectView& object, const Reading& reading) {
+  const auto& [place, payloads, asset] = reading;
   const kernels::PlanesField& planes = object.planes->field;  // every encoding with a network has them
   NetworkView view;
   kernels::NetworkField& field = view.field;
-  place.require(record.mlp < asset_.mlps.size(), Rule::network_range);
+  place.require(record.mlp < asset.mlps.size(), Rule::network_range);
   view.mlp = record.mlp;
   place.require(std::isfinite(record.length_scale) && record.length_scale >= 0, Rule::length_scale);
   place.within(record.features_per_corner, 1, kernels::kMaxFeatures, "features_per_corner",
@@ -139,7 +125,7 @@ NetworkView NetworkReader::read(uint32_t index, const ObjectView& object) {
   place.require(record.samples % 4 == 0, Rule::samples_multiple);
   field.features_per_corner = record.features_per_corner;
   field.samples = record.samples;
-  field.network = asset_.mlps[record.mlp].network;
+  field.network = asset.mlps[record.mlp].network;
   place.require(
       field.network.layers[0].inputs == kernels::input_count(record.samples, record.features_per_corner),
       Rule::other_inputs);
@@ -153,27 +139,22 @@ NetworkView NetworkReader::read(uint32_t index, const ObjectView& object) {
   // Take both payloads before allocating memory for what they decode to.
   const bool around = (record.forms & kCornersAround) != 0, coded = (record.forms & kCodedFeatures) != 0;
   const UncodedNetwork uncoded(record, planes.mixed_bricks);
-  const Bytes corners = corners_.next(record.brick_corners, around ? 0 : uncoded.corners, "corners", place);
-  const Bytes features = take_payload(features_, record.features, coded, uncoded.features, "features", place);
+  const Bytes corners = payloads.next(record.brick_corners, around ? 0 : uncoded.corners, "corners", place);
+  const Bytes features = take_payload(payloads, record.features, coded, uncoded.features, "features", place);
   place.require(record.forms == 0 || uncoded.may_take(corners.size() + features.size()), Rule::decoded_size);
 
   field.brick_corners = reinterpret_cast<const uint64_t*>(usable(
-      corners, around, uncoded.corners, "corners", place, asset_.decoded, view.features, [&](std::byte* to) {
+      corners, around, uncoded.corners, "corners", place, asset.decoded, view.features, [&](std::byte* to) {
         fill_corners(planes, to);
         return true;
       }));
   field.corner_base = reinterpret_cast<const uint32_t*>(field.brick_corners + planes.mixed_bricks);
   check_corners(field, planes.mixed_bricks, place);
   field.features = reinterpret_cast<const int8_t*>(
-      usable(features, coded, uncoded.features, "features", place, asset_.decoded, view.features,
+      usable(features, coded, uncoded.features, "features", place, asset.decoded, view.features,
              [&](std::byte* to) { return decode_features(features, field, to); }));
   place.require(symmetric(field.features, uncoded.features), Rule::feature_range);
   return view;
-}
-
-void NetworkReader::finish() const {
-  corners_.finish("CORN", file_);
-  features_.finish("FEAT", file_);
 }
 
 void NetworkView::drop_bytes() {

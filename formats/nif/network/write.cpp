@@ -77,24 +77,6 @@ Mlp to_mlp(const MlpView& view) {
 
 namespace {
 
-void add_mlp(const Mlp& mlp, Section& records, Section& weights) {
-  MlpRecord record{};
-  if (mlp.layers.size() > std::size(record.layers))
-    throw Error(Status::internal, "an asset's network has " + std::to_string(mlp.layers.size()) + " layers");
-  record.layer_count = uint32_t(mlp.layers.size());
-  record.logit_scale = mlp.logit_scale;
-  record.threshold = mlp.threshold;
-  record.weights = weights.begin_payload();
-  for (size_t l = 0; l < mlp.layers.size(); ++l) {
-    const Layer& layer = mlp.layers[l];
-    record.layers[l] = {layer.inputs, layer.outputs, layer.shift};
-    weights.append(layer.biases);
-    weights.append(layer.weights);
-  }
-  weights.end_payload(record.weights);
-  records.append(&record, 1);
-}
-
 /// Whether a reader finds these corners by itself.
 bool are_around(const PlanesData& planes, const NetworkData& data) {
   const size_t mixed = planes.brick_states.size();
@@ -141,15 +123,26 @@ struct CodedNetwork {
 
 }  // namespace
 
-NetworkWriter::NetworkWriter(Sections& sections, const Asset& asset) : records_(&sections.add(kNetworks)) {
-  Section& mlps = sections.add(kMlps);
-  Section& weights = sections.add(kWeights);
-  for (const Mlp& mlp : asset.mlps) add_mlp(mlp, mlps, weights);
-  corners_ = &sections.add(kCorners);
-  features_ = &sections.add(kFeatures);
+MlpRecord write_record(const Mlp& mlp, Section& payloads) {
+  MlpRecord record{};
+  if (mlp.layers.size() > std::size(record.layers))
+    throw Error(Status::internal, "an asset's network has " + std::to_string(mlp.layers.size()) + " layers");
+  record.layer_count = uint32_t(mlp.layers.size());
+  record.logit_scale = mlp.logit_scale;
+  record.threshold = mlp.threshold;
+  const Layer none;
+  const Layer* all[std::size(record.layers)] = {&none, &none, &none, &none};
+  for (size_t l = 0; l < mlp.layers.size(); ++l) {
+    const Layer& layer = *(all[l] = &mlp.layers[l]);
+    record.layers[l] = {layer.inputs, layer.outputs, layer.shift};
+  }
+  const auto& [a, b, c, d] = all;
+  record.weights = payloads.add_payload(a->biases, a->weights, b->biases, b->weights, c->biases, c->weights,
+                                        d->biases, d->weights);
+  return record;
 }
 
-void NetworkWriter::add(const NetworkData& data, const Object& object) {
+NetworkRecord write_record(const NetworkData& data, const Object& object, Section& payloads) {
   const PlanesData none;
   const CodedNetwork coded(data, object.planes ? *object.planes : none);
   NetworkRecord record{};
@@ -159,19 +152,12 @@ void NetworkWriter::add(const NetworkData& data, const Object& object) {
   record.samples = data.samples;
   record.length_scale = data.length_scale;
   record.forms = coded.forms;
-  record.brick_corners = corners_->begin_payload();
-  if (!(coded.forms & kCornersAround)) {
-    corners_->append(data.brick_corners);
-    corners_->append(data.corner_base);
-  }
-  corners_->end_payload(record.brick_corners);
-  record.features = features_->begin_payload();
-  if (coded.forms & kCodedFeatures)
-    features_->append(coded.features);
-  else
-    features_->append(data.features);
-  features_->end_payload(record.features);
-  records_->append(&record, 1);
+  record.brick_corners = coded.forms & kCornersAround
+                             ? payloads.add_payload()
+                             : payloads.add_payload(data.brick_corners, data.corner_base);
+  record.features = coded.forms & kCodedFeatures ? payloads.add_payload(coded.features)
+                                                 : payloads.add_payload(data.features);
+  return record;
 }
 
 }  // namespace nif::format

@@ -2,16 +2,16 @@
 #pragma once
 
 #include <cstdint>
-#include <memory_resource>
 #include <optional>
-#include <span>
-#include <string_view>
 #include <vector>
 
 #include "formats/nif/records.hpp"
 #include "formats/nif/sections.hpp"
 
 namespace nif::format {
+
+struct Object;
+struct ObjectView;
 
 /// Optional: both, or neither.
 enum ColorSection : uint32_t {
@@ -20,13 +20,13 @@ enum ColorSection : uint32_t {
 };
 
 /// The mean base colours of an object's surface, voxel by voxel.
-struct ColorsRecord {       // 32 bytes
+struct ColorsRecord {       // 40 bytes
   uint32_t object;          ///< index into kObjects; records are in the order of their objects
   uint32_t surface_voxels;  ///< of the object
   uint32_t reserved[2];     ///< 0
   Payload values;           ///< 16 bits for each surface voxel: kernels::VoxelColors
 };
-static_assert(sizeof(ColorsRecord) == 32);
+static_assert(sizeof(ColorsRecord) == 40);
 
 /// [surface voxel, in the order of PlanesData::voxel_records] as in kernels::VoxelColors.
 using Colors = std::vector<uint16_t>;
@@ -39,20 +39,23 @@ struct ColorsView {
   uint64_t bytes() const { return uint64_t{count} * sizeof(*values); }
 };
 
-/// Reads all colours of a file, in the order of their objects. `counts` has the surface voxels of each
-/// object, or nothing if it has no planes.
-void read_colors(const SectionTable& sections, bool present, std::string_view file,
-                 std::span<const std::optional<uint32_t>> counts, std::pmr::vector<ColorsView>& views);
-
-class ColorsWriter {
- public:
-  explicit ColorsWriter(Sections& sections);
-  void add(const Colors& colors, uint32_t object);
-
- private:
-  Section *records_, *values_;
-};
-
+std::optional<ColorsView> read_record(const ColorsRecord& record, const ObjectView& object,
+                                      const Reading& reading);
 inline Colors to_colors(const ColorsView& view) { return {view.values, view.values + view.count}; }
+
+/// As formats/nif/optional.hpp requires.
+struct ColorsRecords {
+  static constexpr uint32_t kRecords = kColorRecords, kValues = kColorValues;
+  static constexpr Rule kOrder = Rule::optional_order;
+  using Record = ColorsRecord;
+
+  static uint64_t rank(const Record& record) { return record.object; }
+  template <class Asset>
+  static auto& of(Asset& asset) {
+    return asset.colors;
+  }
+  static bool has(const Object& object);
+  static std::vector<Record> write(const Object& object, uint32_t number, Section& payloads);
+};
 
 }  // namespace nif::format

@@ -19,11 +19,7 @@ struct AssetView;
 struct Object;
 struct ObjectView;
 
-enum PlanesSection : uint32_t {
-  kPlanes = fourcc("PLAN"),     ///< PlanesRecord[]
-  kOccupancy = fourcc("OCCU"),  ///< each record's payload
-  kCells = fourcc("CELL"),      ///< each record's payload
-};
+inline constexpr uint32_t kPlanes = fourcc("PLAN");  ///< PlanesRecord[]
 
 /// How the payloads are stored, as bits. Coded payloads (docs/format.md) are decoded to their uncoded form
 /// when a file is read.
@@ -35,7 +31,7 @@ enum PlanesForm : uint32_t {
   kPlanesForms = 7   ///< all bits
 };
 
-struct PlanesRecord {  // 80 bytes: the members of kernels::PlanesField with the same names
+struct PlanesRecord {  // 96 bytes: the members of kernels::PlanesField with the same names
   float origin[3];
   float voxels_per_unit;
   uint32_t voxels[3];
@@ -47,7 +43,7 @@ struct PlanesRecord {  // 80 bytes: the members of kernels::PlanesField with the
   Payload occupancy;  ///< brick_states, voxel_base, brick_table, in that order, without gaps
   Payload cells;      ///< voxel_records, parts, in that order, without gaps
 };
-static_assert(sizeof(PlanesRecord) == 80);
+static_assert(sizeof(PlanesRecord) == 96);
 
 /// The planes of one object; members as in kernels::PlanesField.
 struct PlanesData {
@@ -106,41 +102,13 @@ struct PlanesView {
   void drop_bytes();
 };
 
-/// Throws nif::Error (Status::damaged_nif) with the place, as all readers here do.
-class PlanesReader {
- public:
-  PlanesReader(const SectionTable& sections, std::string_view file, AssetView& asset);
-  uint32_t count() const { return records_.count(); }
-  /// Call it once for each record, in order.
-  PlanesView read(uint32_t index, const ObjectView& object);
-  /// Call it after the last one.
-  void finish() const;
-
- private:
-  std::string_view file_;
-  DecodedPayloads& decoded_;
-  Records<PlanesRecord> records_;
-  Payloads occupancy_, cells_;
-};
-
-class PlanesWriter {
- public:
-  PlanesWriter(Sections& sections, const Asset& asset);
-  void add(const PlanesData& data, const Object& object);
-
- private:
-  Section *records_, *occupancy_, *cells_;
-};
-
 /// As formats/nif/parts.hpp requires.
 struct PlanesPart {
   static constexpr const char* kName = "planes";
-  static constexpr uint32_t kSections[] = {kPlanes, kOccupancy, kCells};
-  static constexpr uint32_t kPayloads[] = {kOccupancy, kCells};
+  static constexpr uint32_t kRecords = kPlanes;
+  using Record = PlanesRecord;
   using Data = PlanesData;
   using View = PlanesView;
-  using Reader = PlanesReader;
-  using Writer = PlanesWriter;
 
   /// The member of an object's record, data or view.
   template <class Object>
@@ -149,6 +117,8 @@ struct PlanesPart {
   }
 };
 
+PlanesView read_record(const PlanesRecord& record, const ObjectView& object, const Reading& reading);
+PlanesRecord write_record(const PlanesData& data, const Object& object, Section& payloads);
 PlanesData to_data(const PlanesView& view);
 
 }  // namespace nif::format

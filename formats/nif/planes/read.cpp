@@ -70,16 +70,8 @@ void complete_kinds(const SideRegions& sides, bool stated, std::span<uint32_t> w
 
 }  // namespace
 
-PlanesReader::PlanesReader(const SectionTable& sections, std::string_view file, AssetView& asset)
-    : file_(file),
-      decoded_(asset.decoded),
-      records_(sections[kPlanes], "PLAN", file),
-      occupancy_(sections[kOccupancy]),
-      cells_(sections[kCells]) {}
-
-PlanesView PlanesReader::read(uint32_t index, const ObjectView&) {
-  const PlanesRecord record = records_[index];
-  const Place place{file_, "PLAN", index};
+PlanesView read_record(const PlanesRecord& record, const ObjectView&, const Reading& reading) {
+  const auto& [place, payloads, asset] = reading;
   PlanesView view;
   kernels::PlanesField& field = view.field;
   read_numbers(record, place, field);
@@ -90,12 +82,12 @@ PlanesView PlanesReader::read(uint32_t index, const ObjectView&) {
   // Take both payloads before allocating memory for what they decode to.
   const UncodedPlanes uncoded(record);
   const Bytes occupancy =
-      take_payload(occupancy_, record.occupancy, coded_occupancy, uncoded.occupancy, "occupancy", place);
-  const Bytes cells = take_payload(cells_, record.cells, coded_cells, uncoded.cells, "cells", place);
+      take_payload(payloads, record.occupancy, coded_occupancy, uncoded.occupancy, "occupancy", place);
+  const Bytes cells = take_payload(payloads, record.cells, coded_cells, uncoded.cells, "cells", place);
   place.require(view.coded == 0 || uncoded.may_take(occupancy.size() + cells.size()), Rule::decoded_size);
 
   const OccupancyArrays<const std::byte> arrays(
-      usable(occupancy, coded_occupancy, uncoded.occupancy, "occupancy", place, decoded_, view.occupancy,
+      usable(occupancy, coded_occupancy, uncoded.occupancy, "occupancy", place, asset.decoded, view.occupancy,
              [&](std::byte* to) { return decode_occupancy(occupancy, field, to); }),
       field.mixed_bricks);
   field.brick_states = arrays.brick_states;
@@ -104,8 +96,8 @@ PlanesView PlanesReader::read(uint32_t index, const ObjectView&) {
   if (const auto fault = fault_of_bricks(field)) place.damaged(*fault);
 
   uint32_t* words = nullptr;  // where they are decoded
-  field.voxel_records = reinterpret_cast<const uint32_t*>(
-      usable(cells, coded_cells, uncoded.cells, "cells", place, decoded_, view.cells, [&](std::byte* to) {
+  field.voxel_records = reinterpret_cast<const uint32_t*>(usable(
+      cells, coded_cells, uncoded.cells, "cells", place, asset.decoded, view.cells, [&](std::byte* to) {
         words = reinterpret_cast<uint32_t*>(to);
         return decode_cells(cells, stated, field, words);
       }));
@@ -116,11 +108,6 @@ PlanesView PlanesReader::read(uint32_t index, const ObjectView&) {
     complete_kinds(sides, stated, {words, size_t{field.surface_voxels} + field.part_count}, place);
   if (const auto fault = fault_of_sides(field, sides)) place.damaged(*fault);
   return view;
-}
-
-void PlanesReader::finish() const {
-  occupancy_.finish("OCCU", file_);
-  cells_.finish("CELL", file_);
 }
 
 void PlanesView::drop_bytes() {

@@ -132,12 +132,7 @@ PlanesData to_data(const PlanesView& view) {
   return data;
 }
 
-PlanesWriter::PlanesWriter(Sections& sections, const Asset&)
-    : records_(&sections.add(kPlanes)),
-      occupancy_(&sections.add(kOccupancy)),
-      cells_(&sections.add(kCells)) {}
-
-void PlanesWriter::add(const PlanesData& data, const Object&) {
+PlanesRecord write_record(const PlanesData& data, const Object&, Section& payloads) {
   PlanesRecord record{};
   std::copy(data.origin.begin(), data.origin.end(), record.origin);
   record.voxels_per_unit = data.voxels_per_unit;
@@ -149,24 +144,12 @@ void PlanesWriter::add(const PlanesData& data, const Object&) {
 
   const CodedPlanes coded(data);
   record.forms = coded.forms;
-  record.occupancy = occupancy_->begin_payload();
-  if (coded.forms & kCodedOccupancy) {
-    occupancy_->append(coded.occupancy);
-  } else {
-    occupancy_->append(data.brick_states);
-    occupancy_->append(data.voxel_base);
-    occupancy_->append(data.brick_table);
-  }
-  occupancy_->end_payload(record.occupancy);
-  record.cells = cells_->begin_payload();
-  if (coded.forms & kCodedCells) {
-    cells_->append(coded.cells);
-  } else {
-    cells_->append(data.voxel_records);
-    cells_->append(data.parts);
-  }
-  cells_->end_payload(record.cells);
-  records_->append(&record, 1);
+  record.occupancy = coded.forms & kCodedOccupancy
+                         ? payloads.add_payload(coded.occupancy)
+                         : payloads.add_payload(data.brick_states, data.voxel_base, data.brick_table);
+  record.cells = coded.forms & kCodedCells ? payloads.add_payload(coded.cells)
+                                           : payloads.add_payload(data.voxel_records, data.parts);
+  return record;
 }
 
 }  // namespace nif::format

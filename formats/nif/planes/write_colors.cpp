@@ -1,20 +1,17 @@
 // Writes the colours of surface voxels. The reader is in colors.cpp; they are separate because the runtime
 // only reads.
-#include "formats/nif/planes/colors.hpp"
+#include "formats/nif/asset.hpp"
 
 namespace nif::format {
 
-ColorsWriter::ColorsWriter(Sections& sections)
-    : records_(&sections.add(kColorRecords, 0)), values_(&sections.add(kColorValues, 0)) {}
+bool ColorsRecords::has(const Object& object) { return object.colors.has_value(); }
 
-void ColorsWriter::add(const Colors& colors, uint32_t object) {
+std::vector<ColorsRecord> ColorsRecords::write(const Object& object, uint32_t number, Section& payloads) {
   ColorsRecord record{};
-  record.object = object;
-  record.surface_voxels = uint32_t(colors.size());
-  record.values = values_->begin_payload();
-  values_->append(colors);
-  values_->end_payload(record.values);
-  records_->append(&record, 1);
+  record.object = number;
+  record.surface_voxels = uint32_t(object.colors->size());
+  record.values = payloads.add_payload(*object.colors);
+  return {record};
 }
 
 }  // namespace nif::format

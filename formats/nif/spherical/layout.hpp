@@ -8,8 +8,6 @@ namespace nif::format {
 enum SphericalSection : uint32_t {
   kSphericalRecords = fourcc("SPHR"),   ///< SphericalRecord[]
   kSphericalNetworks = fourcc("SNET"),  ///< SphericalNetworksRecord[]
-  kSphericalWeights = fourcc("SWGT"),   ///< each record's payload
-  kGrids = fourcc("GRID"),              ///< each object's payload
 };
 
 /// Optional, for objects of any encoding: readers that do not know them still answer visibility. A file has
@@ -20,7 +18,7 @@ enum PrimarySection : uint32_t {
 };
 
 /// Latent vectors along an axis of the grids, and the number of floats in each.
-struct SphericalRecord {  // 32 bytes
+struct SphericalRecord {  // 40 bytes
   uint32_t network;       ///< index into kSphericalNetworks; objects may share one
   uint16_t outer_resolution, inner_resolution, distance_resolution;
   uint8_t outer_features, inner_features, distance_features;
@@ -29,7 +27,7 @@ struct SphericalRecord {  // 32 bytes
   Payload
       grids;  ///< outer position, outer direction, inner position, inner direction, distance, without gaps
 };
-static_assert(sizeof(SphericalRecord) == 32);
+static_assert(sizeof(SphericalRecord) == 40);
 
 /// The shape of a network of `spherical`: hidden layers of equal width, then its outputs.
 struct SphericalShapeRecord {  // 12 bytes
@@ -37,17 +35,17 @@ struct SphericalShapeRecord {  // 12 bytes
 };
 
 /// The two networks of a `spherical` object.
-struct SphericalNetworksRecord {  // 64 bytes
+struct SphericalNetworksRecord {  // 72 bytes
   uint32_t half;                  ///< 1: weights in half precision, 0: in single
   float slope;                    ///< of the leaky ReLU below 0
   SphericalShapeRecord outer, inner;
   uint32_t reserved[4];  ///< 0
   Payload weights;       ///< of outer, then of inner, layer by layer, [inputs][outputs] each, without gaps
 };
-static_assert(sizeof(SphericalNetworksRecord) == 64);
+static_assert(sizeof(SphericalNetworksRecord) == 72);
 
 /// Answers primary rays of an object with any encoding.
-struct PrimaryRecord {  // 64 bytes
+struct PrimaryRecord {  // 72 bytes
   uint32_t object;      ///< index into kObjects; records are in the order of their objects
   uint16_t resolution;  ///< latent vectors along an axis of both grids
   uint8_t features;     ///< floats of each
@@ -59,6 +57,6 @@ struct PrimaryRecord {  // 64 bytes
   uint32_t reserved[4];  ///< 0
   Payload values;  ///< position, direction, then the network's layers, [inputs][outputs] each, without gaps
 };
-static_assert(sizeof(PrimaryRecord) == 64);
+static_assert(sizeof(PrimaryRecord) == 72);
 
 }  // namespace nif::format

@@ -76,40 +76,24 @@ struct SphericalView {
   void drop_bytes() { *this = {}; }
 };
 
-/// As PlanesReader.
-class SphericalReader {
- public:
-  /// Reads what objects share into the asset.
-  SphericalReader(const SectionTable& sections, std::string_view file, AssetView& asset);
-  uint32_t count() const { return records_.count(); }
-  SphericalView read(uint32_t index, const ObjectView& object);
-  void finish() const;
-
- private:
-  std::string_view file_;
-  AssetView& asset_;
-  Records<SphericalRecord> records_;
-  Payloads grids_;
-};
-
-class SphericalWriter {
- public:
-  SphericalWriter(Sections& sections, const Asset& asset);
-  void add(const SphericalData& data, const Object& object);
-
- private:
-  Section *records_, *grids_;
-};
-
 /// As formats/nif/parts.hpp requires.
+struct PairsOfNetworks {
+  static constexpr uint32_t kRecords = kSphericalNetworks;
+  using Record = SphericalNetworksRecord;
+
+  template <class Asset>
+  static auto& of(Asset& asset) {
+    return asset.spherical_networks;
+  }
+};
+
 struct SphericalPart {
   static constexpr const char* kName = "spherical";
-  static constexpr uint32_t kSections[] = {kSphericalRecords, kSphericalNetworks, kSphericalWeights, kGrids};
-  static constexpr uint32_t kPayloads[] = {kSphericalWeights, kGrids};
+  static constexpr uint32_t kRecords = kSphericalRecords;
+  using Record = SphericalRecord;
   using Data = SphericalData;
   using View = SphericalView;
-  using Reader = SphericalReader;
-  using Writer = SphericalWriter;
+  using Shared = PairsOfNetworks;
 
   template <class Object>
   static auto& of(Object& object) {
@@ -117,6 +101,10 @@ struct SphericalPart {
   }
 };
 
+SphericalNetworksView read_record(const SphericalNetworksRecord& record, const Reading& reading);
+SphericalNetworksRecord write_record(const SphericalNetworks& networks, Section& payloads);
+SphericalView read_record(const SphericalRecord& record, const ObjectView& object, const Reading& reading);
+SphericalRecord write_record(const SphericalData& data, const Object& object, Section& payloads);
 SphericalData to_data(const SphericalView& view);
 SphericalNetworks to_networks(const SphericalNetworksView& view);
 

@@ -1,7 +1,7 @@
 // Fields for primary rays in a .nif file: optional, for objects of any encoding.
 #pragma once
 
-#include <memory_resource>
+#include <optional>
 #include <vector>
 
 #include "formats/nif/spherical/part.hpp"
@@ -35,19 +35,23 @@ struct PrimaryView {
   uint64_t grid_bytes = 0, network_bytes = 0;
 };
 
-/// Reads all of a file's, in the order of their objects; bounds_of(object) returns an object's bounds.
-void read_primaries(const SectionTable& sections, bool present, std::string_view file,
-                    std::span<const Bounds> bounds, std::pmr::vector<PrimaryView>& views);
-
-class PrimaryWriter {
- public:
-  explicit PrimaryWriter(Sections& sections);
-  void add(const Primary& primary, uint32_t object);
-
- private:
-  Section *records_, *values_;
-};
-
+std::optional<PrimaryView> read_record(const PrimaryRecord& record, const ObjectView& object,
+                                       const Reading& reading);
 Primary to_primary(const PrimaryView& view);
+
+/// As formats/nif/optional.hpp requires.
+struct PrimaryRecords {
+  static constexpr uint32_t kRecords = kPrimaries, kValues = kPrimaryValues;
+  static constexpr Rule kOrder = Rule::optional_order;
+  using Record = PrimaryRecord;
+
+  static uint64_t rank(const Record& record) { return record.object; }
+  template <class Asset>
+  static auto& of(Asset& asset) {
+    return asset.primaries;
+  }
+  static bool has(const Object& object);
+  static std::vector<Record> write(const Object& object, uint32_t number, Section& payloads);
+};
 
 }  // namespace nif::format

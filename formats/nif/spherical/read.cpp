@@ -80,8 +80,10 @@ void check_slope(float slope, const Place& place) {
   place.require(slope >= 0 && slope <= 1, Rule::slope_range);
 }
 
-SphericalNetworksView read_networks(const SphericalNetworksRecord& record, Payloads& payloads,
-                                    const Place& place) {
+}  // namespace
+
+SphericalNetworksView read_record(const SphericalNetworksRecord& record, const Reading& reading) {
+  const Place& place = reading.place;
   SphericalNetworksView view;
   place.within(record.half, 0, 1, "half", Rule::half_range);
   check_slope(record.slope, place);
@@ -92,61 +94,19 @@ SphericalNetworksView read_networks(const SphericalNetworksRecord& record, Paylo
   const Run runs[] = {{view.outer.weights, spherical_weights(view.outer), Rule::weight_value},
                       {view.inner.weights, spherical_weights(view.inner), Rule::weight_value}};
   view.bytes = bytes_of(runs);
-  take(runs, payloads.next(record.weights, view.bytes, "weights", place), place);
+  take(runs, reading.payloads.next(record.weights, view.bytes, "weights", place), place);
   return view;
 }
 
-PrimaryView read_primary(const PrimaryRecord& record, const Bounds& bounds, Payloads& payloads,
-                         const Place& place) {
-  PrimaryView view;
-  kernels::PrimaryField& field = view.field;
-  view.object = record.object;
-  place.require(kernels::set_bounds(bounds.min.data(), bounds.max.data(), field), Rule::bounds_to_compute);
-  place.within(record.half_grids, 0, 1, "half_grids", Rule::half_range);
-  place.within(record.half_network, 0, 1, "half_network", Rule::half_range);
-  check_slope(record.slope, place);
-  place.require(record.margin >= 0 && record.margin <= 1, Rule::margin_range);
-  place.require(all_zero(record.reserved), Rule::reserved_not_zero);
-  field.slope = record.slope;
-  field.margin = record.margin;
-  field.position = field.direction = grid_of(record.resolution, record.features, record.half_grids, place);
-  field.network = network_of(record.network, kernels::kPrimaryOutputs, record.half_network, place);
-  place.require(field.network.inputs == 2 * field.position.features, Rule::other_inputs);
-  const uint64_t latents = values_over_angles(field.position);
-  const Run runs[] = {{field.position.values, latents, Rule::latent_value},
-                      {field.direction.values, latents, Rule::latent_value},
-                      {field.network.weights, spherical_weights(field.network), Rule::weight_value}};
-  view.grid_bytes = bytes_of(std::span(runs).first(2));
-  view.network_bytes = bytes_of(std::span(runs).subspan(2));
-  take(runs, payloads.next(record.values, view.grid_bytes + view.network_bytes, "primary", place), place);
-  return view;
-}
-
-}  // namespace
-
-SphericalReader::SphericalReader(const SectionTable& sections, std::string_view file, AssetView& asset)
-    : file_(file),
-      asset_(asset),
-      records_(sections[kSphericalRecords], "SPHR", file),
-      grids_(sections[kGrids]) {
-  const Records<SphericalNetworksRecord> networks(sections[kSphericalNetworks], "SNET", file);
-  Payloads weights(sections[kSphericalWeights]);
-  asset.spherical_networks.reserve(networks.count());
-  for (uint32_t i = 0; i < networks.count(); ++i)
-    asset.spherical_networks.push_back(read_networks(networks[i], weights, Place{file, "SNET", i}));
-  weights.finish("SWGT", file);
-}
-
-SphericalView SphericalReader::read(uint32_t index, const ObjectView& object) {
-  const SphericalRecord record = records_[index];
-  const Place place{file_, "SPHR", index};
+SphericalView read_record(const SphericalRecord& record, const ObjectView& object, const Reading& reading) {
+  const auto& [place, payloads, asset] = reading;
   SphericalView view;
   kernels::SphericalField& field = view.field;
-  place.require(record.network < asset_.spherical_networks.size(), Rule::network_range);
+  place.require(record.network < asset.spherical_networks.size(), Rule::network_range);
   place.require(record.reserved == 0, Rule::reserved_not_zero);
   place.require(kernels::set_bounds(object.aabb_min.data(), object.aabb_max.data(), field),
                 Rule::bounds_to_compute);
-  const SphericalNetworksView& networks = asset_.spherical_networks[record.network];
+  const SphericalNetworksView& networks = asset.spherical_networks[record.network];
   view.network = record.network;
   field.outer = networks.outer;
   field.inner = networks.inner;
@@ -169,26 +129,37 @@ SphericalView SphericalReader::read(uint32_t index, const ObjectView& object) {
                       {field.inner_direction.values, inner, Rule::latent_value},
                       {field.distance.values, values_over_distance(field.distance), Rule::latent_value}};
   view.grid_bytes = bytes_of(runs);
-  take(runs, grids_.next(record.grids, view.grid_bytes, "grids", place), place);
+  take(runs, payloads.next(record.grids, view.grid_bytes, "grids", place), place);
   return view;
 }
 
-void SphericalReader::finish() const { grids_.finish("GRID", file_); }
-
-void read_primaries(const SectionTable& sections, bool present, std::string_view file,
-                    std::span<const Bounds> bounds, std::pmr::vector<PrimaryView>& views) {
-  const Records<PrimaryRecord> records(sections[kPrimaries], "PRIM", file);
-  Payloads payloads(sections[kPrimaryValues]);
-  if (present && records.count() == 0) refuse(Rule::section_unused, file, "section PRIM");
-  views.reserve(records.count());
-  for (uint32_t i = 0; i < records.count(); ++i) {
-    const PrimaryRecord record = records[i];
-    const Place place{file, "PRIM", i};
-    place.require(record.object < bounds.size(), Rule::object_range);
-    place.require(i == 0 || record.object > views.back().object, Rule::optional_order);
-    views.push_back(read_primary(record, bounds[record.object], payloads, place));
-  }
-  payloads.finish("PVAL", file);
+std::optional<PrimaryView> read_record(const PrimaryRecord& record, const ObjectView& object,
+                                       const Reading& reading) {
+  const Place& place = reading.place;
+  PrimaryView view;
+  kernels::PrimaryField& field = view.field;
+  view.object = record.object;
+  place.require(kernels::set_bounds(object.aabb_min.data(), object.aabb_max.data(), field),
+                Rule::bounds_to_compute);
+  place.within(record.half_grids, 0, 1, "half_grids", Rule::half_range);
+  place.within(record.half_network, 0, 1, "half_network", Rule::half_range);
+  check_slope(record.slope, place);
+  place.require(record.margin >= 0 && record.margin <= 1, Rule::margin_range);
+  place.require(all_zero(record.reserved), Rule::reserved_not_zero);
+  field.slope = record.slope;
+  field.margin = record.margin;
+  field.position = field.direction = grid_of(record.resolution, record.features, record.half_grids, place);
+  field.network = network_of(record.network, kernels::kPrimaryOutputs, record.half_network, place);
+  place.require(field.network.inputs == 2 * field.position.features, Rule::other_inputs);
+  const uint64_t latents = values_over_angles(field.position);
+  const Run runs[] = {{field.position.values, latents, Rule::latent_value},
+                      {field.direction.values, latents, Rule::latent_value},
+                      {field.network.weights, spherical_weights(field.network), Rule::weight_value}};
+  view.grid_bytes = bytes_of(std::span(runs).first(2));
+  view.network_bytes = bytes_of(std::span(runs).subspan(2));
+  take(runs, reading.payloads.next(record.values, view.grid_bytes + view.network_bytes, "primary", place),
+       place);
+  return view;
 }
 
 }  // namespace nif::format

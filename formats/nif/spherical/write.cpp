@@ -55,29 +55,16 @@ SphericalShapeRecord shape_of(const SphericalLayers& layers) {
   return {layers.inputs, layers.width, layers.hidden_layers};
 }
 
-void add_networks(const SphericalNetworks& networks, Section& records, Section& weights) {
-  SphericalNetworksRecord record{};
-  record.half = networks.half;
-  record.slope = networks.slope;
-  record.outer = shape_of(networks.outer);
-  record.inner = shape_of(networks.inner);
-  record.weights = weights.begin_payload();
-  weights.append_values(networks.outer.weights, networks.half);
-  weights.append_values(networks.inner.weights, networks.half);
-  weights.end_payload(record.weights);
-  records.append(&record, 1);
-}
-
 }  // namespace
 
-void Section::append_values(const std::vector<float>& values, bool half) {
-  if (!half) return append(values);
+void Section::append(const Values& values) {
+  if (!values.half) return append(values.values);
   if (counting_) {
-    size_ += values.size() * sizeof(uint16_t);
+    size_ += values.values.size() * sizeof(uint16_t);
     return;
   }
   std::vector<uint16_t> halves;
-  for (const float value : values) halves.push_back(kernels::to_half(value));
+  for (const float value : values.values) halves.push_back(kernels::to_half(value));
   append(halves);
 }
 
@@ -107,15 +94,18 @@ kernels::PrimaryField field_of(const Primary& primary, const Bounds& bounds) {
   return field;
 }
 
-SphericalWriter::SphericalWriter(Sections& sections, const Asset& asset)
-    : records_(&sections.add(kSphericalRecords)) {
-  Section& networks = sections.add(kSphericalNetworks);
-  Section& weights = sections.add(kSphericalWeights);
-  for (const SphericalNetworks& pair : asset.spherical_networks) add_networks(pair, networks, weights);
-  grids_ = &sections.add(kGrids);
+SphericalNetworksRecord write_record(const SphericalNetworks& networks, Section& payloads) {
+  SphericalNetworksRecord record{};
+  record.half = networks.half;
+  record.slope = networks.slope;
+  record.outer = shape_of(networks.outer);
+  record.inner = shape_of(networks.inner);
+  record.weights = payloads.add_payload(Values{networks.outer.weights, networks.half},
+                                        Values{networks.inner.weights, networks.half});
+  return record;
 }
 
-void SphericalWriter::add(const SphericalData& data, const Object&) {
+SphericalRecord write_record(const SphericalData& data, const Object&, Section& payloads) {
   const SphericalGrids& grids = data.grids;
   SphericalRecord record{};
   record.network = data.network;
@@ -126,12 +116,11 @@ void SphericalWriter::add(const SphericalData& data, const Object&) {
   record.inner_features = uint8_t(grids.inner_features);
   record.distance_features = uint8_t(grids.distance_features);
   record.half_grids = grids.half;
-  record.grids = grids_->begin_payload();
-  for (const std::vector<float>* values : {&grids.outer_position, &grids.outer_direction,
-                                           &grids.inner_position, &grids.inner_direction, &grids.distance})
-    grids_->append_values(*values, grids.half);
-  grids_->end_payload(record.grids);
-  records_->append(&record, 1);
+  const auto values = [&](const std::vector<float>& grid) { return Values{grid, grids.half}; };
+  record.grids = payloads.add_payload(values(grids.outer_position), values(grids.outer_direction),
+                                      values(grids.inner_position), values(grids.inner_direction),
+                                      values(grids.distance));
+  return record;
 }
 
 SphericalData to_data(const SphericalView& view) { return {view.network, to_grids(view.field)}; }
@@ -140,12 +129,10 @@ SphericalNetworks to_networks(const SphericalNetworksView& view) {
   return {view.outer.weights.half, view.slope, to_layers(view.outer), to_layers(view.inner)};
 }
 
-PrimaryWriter::PrimaryWriter(Sections& sections)
-    : records_(&sections.add(kPrimaries, 0)), values_(&sections.add(kPrimaryValues, 0)) {}
-
-void PrimaryWriter::add(const Primary& primary, uint32_t object) {
+std::vector<PrimaryRecord> PrimaryRecords::write(const Object& object, uint32_t number, Section& payloads) {
+  const Primary& primary = *object.primary;
   PrimaryRecord record{};
-  record.object = object;
+  record.object = number;
   record.resolution = uint16_t(primary.resolution);
   record.features = uint8_t(primary.features);
   record.half_grids = primary.half_grids;
@@ -153,13 +140,13 @@ void PrimaryWriter::add(const Primary& primary, uint32_t object) {
   record.slope = primary.slope;
   record.margin = primary.margin;
   record.network = shape_of(primary.network);
-  record.values = values_->begin_payload();
-  values_->append_values(primary.position, primary.half_grids);
-  values_->append_values(primary.direction, primary.half_grids);
-  values_->append_values(primary.network.weights, primary.half_network);
-  values_->end_payload(record.values);
-  records_->append(&record, 1);
+  record.values = payloads.add_payload(Values{primary.position, primary.half_grids},
+                                       Values{primary.direction, primary.half_grids},
+                                       Values{primary.network.weights, primary.half_network});
+  return {record};
 }
+
+bool PrimaryRecords::has(const Object& object) { return object.primary.has_value(); }
 
 Primary to_primary(const PrimaryView& view) {
   const kernels::PrimaryField& field = view.field;

@@ -18,17 +18,14 @@ struct AssetView;
 struct Object;
 struct ObjectView;
 
-enum TrianglesSection : uint32_t {
-  kTriangles = fourcc("TRIS"),  ///< TrianglesRecord[]
-  kTrees = fourcc("TREE"),      ///< each record's payload
-};
+inline constexpr uint32_t kTriangles = fourcc("TRIS");  ///< TrianglesRecord[]
 
-struct TrianglesRecord {  // 32 bytes: the members of kernels::TrianglesField
+struct TrianglesRecord {  // 40 bytes: the members of kernels::TrianglesField
   uint32_t nodes, vertices, triangles;
   uint32_t reserved;  ///< 0
   Payload tree;       ///< nodes, vertices, triangles, in that order, without gaps
 };
-static_assert(sizeof(TrianglesRecord) == 32);
+static_assert(sizeof(TrianglesRecord) == 40);
 
 /// The triangles of one object; members as in kernels::TrianglesField.
 struct TrianglesData {
@@ -54,38 +51,13 @@ struct TrianglesView {
   void drop_bytes() { *this = {}; }
 };
 
-/// As PlanesReader. If an object has planes, they must be near the triangles.
-class TrianglesReader {
- public:
-  TrianglesReader(const SectionTable& sections, std::string_view file, AssetView& asset);
-  uint32_t count() const { return records_.count(); }
-  TrianglesView read(uint32_t index, const ObjectView& object);
-  void finish() const;
-
- private:
-  std::string_view file_;
-  Records<TrianglesRecord> records_;
-  Payloads trees_;
-};
-
-class TrianglesWriter {
- public:
-  TrianglesWriter(Sections& sections, const Asset& asset);
-  void add(const TrianglesData& data, const Object& object);
-
- private:
-  Section *records_, *trees_;
-};
-
 /// As formats/nif/parts.hpp requires.
 struct TrianglesPart {
   static constexpr const char* kName = "triangles";
-  static constexpr uint32_t kSections[] = {kTriangles, kTrees};
-  static constexpr uint32_t kPayloads[] = {kTrees};
+  static constexpr uint32_t kRecords = kTriangles;
+  using Record = TrianglesRecord;
   using Data = TrianglesData;
   using View = TrianglesView;
-  using Reader = TrianglesReader;
-  using Writer = TrianglesWriter;
 
   template <class Object>
   static auto& of(Object& object) {
@@ -93,6 +65,9 @@ struct TrianglesPart {
   }
 };
 
+/// If the object has planes, they must be near the triangles.
+TrianglesView read_record(const TrianglesRecord& record, const ObjectView& object, const Reading& reading);
+TrianglesRecord write_record(const TrianglesData& data, const Object& object, Section& payloads);
 TrianglesData to_data(const TrianglesView& view);
 
 }  // namespace nif::format

@@ -28,12 +28,8 @@ std::optional<Rule> fault_beside(const kernels::PlanesField& grid, const kernels
 
 }  // namespace
 
-TrianglesReader::TrianglesReader(const SectionTable& sections, std::string_view file, AssetView&)
-    : file_(file), records_(sections[kTriangles], "TRIS", file), trees_(sections[kTrees]) {}
-
-TrianglesView TrianglesReader::read(uint32_t index, const ObjectView& object) {
-  const TrianglesRecord record = records_[index];
-  const Place place{file_, "TRIS", index};
+TrianglesView read_record(const TrianglesRecord& record, const ObjectView& object, const Reading& reading) {
+  const Place& place = reading.place;
   place.require(record.reserved == 0, Rule::reserved_not_zero);
   TrianglesView view;
   kernels::TrianglesField& field = view.field;
@@ -43,7 +39,7 @@ TrianglesView TrianglesReader::read(uint32_t index, const ObjectView& object) {
   const uint64_t node_bytes = uint64_t(record.nodes) * sizeof(kernels::BvhNode),
                  vertex_bytes = uint64_t(record.vertices) * sizeof(*field.vertices);
   view.tree_bytes = node_bytes + vertex_bytes + uint64_t(record.triangles) * sizeof(*field.triangles);
-  const std::byte* at = trees_.next(record.tree, view.tree_bytes, "bvh", place).data();
+  const std::byte* at = reading.payloads.next(record.tree, view.tree_bytes, "bvh", place).data();
   field.nodes = reinterpret_cast<const kernels::BvhNode*>(at);
   field.vertices = reinterpret_cast<const float(*)[3]>(at + node_bytes);
   field.triangles = reinterpret_cast<const uint8_t(*)[3]>(at + node_bytes + vertex_bytes);
@@ -53,7 +49,5 @@ TrianglesView TrianglesReader::read(uint32_t index, const ObjectView& object) {
     if (const auto fault = fault_beside(object.planes->field, field)) place.damaged(*fault);
   return view;
 }
-
-void TrianglesReader::finish() const { trees_.finish("TREE", file_); }
 
 }  // namespace nif::format

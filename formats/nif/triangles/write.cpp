@@ -26,20 +26,13 @@ TrianglesData to_data(const TrianglesView& view) {
   return data;
 }
 
-TrianglesWriter::TrianglesWriter(Sections& sections, const Asset&)
-    : records_(&sections.add(kTriangles)), trees_(&sections.add(kTrees)) {}
-
-void TrianglesWriter::add(const TrianglesData& data, const Object&) {
+TrianglesRecord write_record(const TrianglesData& data, const Object&, Section& payloads) {
   TrianglesRecord record{};
   record.nodes = uint32_t(data.nodes.size());
   record.vertices = uint32_t(data.vertices.size());
   record.triangles = uint32_t(data.triangles.size());
-  record.tree = trees_->begin_payload();
-  trees_->append(data.nodes);
-  trees_->append(data.vertices);
-  trees_->append(data.triangles);
-  trees_->end_payload(record.tree);
-  records_->append(&record, 1);
+  record.tree = payloads.add_payload(data.nodes, data.vertices, data.triangles);
+  return record;
 }
 
 }  // namespace nif::format

@@ -30,7 +30,7 @@ constexpr uint64_t gpu_layout() {
   hash.structure<GpuSceneView>({&GpuSceneView::nodes, &GpuSceneView::instances, &GpuSceneView::users,
                                 &GpuSceneView::objects, &GpuSceneView::node_count,
                                 &GpuSceneView::instance_count, &GpuSceneView::object_count,
-                                &GpuSceneView::sole});
+                                &GpuSceneView::sole, &GpuSceneView::unproven});
   hash.number(sizeof(GpuMeasure));
   hash.number(kMeasuredStages);
 

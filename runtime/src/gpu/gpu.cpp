@@ -55,7 +55,8 @@ void Gpu::upload(NifAssetObject& asset) {
   std::pmr::vector<kernels::AnyField> objects(asset.device->memory());
   std::pmr::vector<kernels::HitDetails> details(asset.device->memory());
   for (uint32_t i = 0; i < asset.view.objects.size(); ++i) {
-    objects.push_back(field_of(asset.view.objects[i]));
+    const format::ObjectView& object = asset.view.objects[i];
+    objects.push_back(object.unsupported ? kernels::AnyField(kernels::TrianglesField()) : field_of(object));
     details.push_back(hit_details(asset.view, i));
   }
   GpuMessage message;
@@ -87,7 +88,8 @@ void Gpu::upload(NifSceneObject& scene) {
                           nodes.size(),
                           scene.instances.size(),
                           objects.size(),
-                          scene.sole};
+                          scene.sole,
+                          scene.unproven};
   GpuMessage message;
   check(module_.upload_scene(device_, &view, &scene.on_gpu, &message), message);
   scene.ready_on_gpu = true;

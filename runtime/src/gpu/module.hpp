@@ -17,7 +17,7 @@
 namespace nif::runtime {
 
 /// Increase it whenever this interface changes.
-inline constexpr uint32_t kGpuModuleVersion = 6;
+inline constexpr uint32_t kGpuModuleVersion = 7;
 /// The module's only symbol: const GpuModule* nif_gpu_module(void).
 inline constexpr const char* kGpuModuleSymbol = "nif_gpu_module";
 
@@ -81,7 +81,8 @@ struct GpuSceneView {
   const uint64_t* users;                     ///< [as instances] the caller's values; null if all are 0
   const GpuPlacedObject* objects;
   uint64_t node_count, instance_count, object_count;
-  uint32_t sole;  ///< the only instance that rays can meet, or kernels::kNoInstance
+  uint32_t sole;          ///< the only instance that rays can meet, or kernels::kNoInstance
+  uint32_t unproven = 0;  ///< 1: rays can meet an instance whose file proves nothing
 };
 
 struct GpuModule {
@@ -98,8 +99,8 @@ struct GpuModule {
   /// Everything on the device must have been freed. Here and below, freeing null does nothing.
   void (*close_device)(GpuDevice* device);
 
-  /// Copies objects to the device, with their details of hits (null: they have none). *bytes receives the
-  /// memory that they take there.
+  /// Copies objects to the device, with their details of hits (null: they have none). Objects that are not
+  /// supported are empty `bvh` ones. *bytes receives the memory that they take there.
   NifError (*upload_asset)(GpuDevice* device, const kernels::AnyField* objects,
                            const kernels::HitDetails* details, uint32_t count, GpuAsset** asset,
                            uint64_t* bytes, GpuMessage* message);

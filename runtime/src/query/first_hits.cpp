@@ -63,23 +63,18 @@ void intersect_sole_instance(const NifSceneObject& scene, bool masked, WorkArea&
   const PlacedObject& object = scene.objects[instance.object];
   const uint32_t count = area.rays.count;
   std::fill_n(area.hit_limit, count, kNoHit);
-  if (instance.identity) {
-    object.kernel->intersect(area.rays, area.hit_limit, area.hits, area.kernel_scratch);
-  } else {
-    transform_batch(instance, area.rays, area.object_rays);
-    object.kernel->intersect(area.object_rays, area.hit_limit, area.hits, area.kernel_scratch);
-    for (uint32_t i = 0; i < count; ++i) {
-      if (stays_certain(instance, object.reach_scale, segment_of(area.rays, i),
-                        segment_of(area.object_rays, i)))
-        continue;
-      area.hits.low[i] = -kNoHit;
-      area.hits.high[i] = kNoHit;
-    }
+  if (!instance.identity) transform_batch(instance, area.rays, area.object_rays);
+  const kernels::SegmentBatch& rays = instance.identity ? area.rays : area.object_rays;
+  object.kernel->intersect(rays, area.hit_limit, area.hits, area.kernel_scratch);
+  for (uint32_t i = 0; i < count && (!instance.identity || instance.unproven); ++i) {
+    if (stays_certain(instance, object.reach_scale, segment_of(area.rays, i), segment_of(rays, i))) continue;
+    area.hits.low[i] = -kNoHit;
+    area.hits.high[i] = kNoHit;
   }
   for (uint32_t i = 0; i < count; ++i)
     area.hit_instance[i] = area.hits.t[i] < kNoHit ? scene.sole : kNoInstance;
   if (masked)
-    exclude_by_mask(instance, area, [&](uint32_t i, bool certain) {
+    exclude_by_mask(scene, area, [&](uint32_t i, bool certain) {
       SceneHit none;
       if (!certain) kernels::forget_proof(none);
       set_scene_hit(area, i, none);

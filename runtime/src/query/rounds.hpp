@@ -22,7 +22,7 @@ const Pair* sort_by_object(const NifSceneObject& scene, WorkArea& area, uint32_t
 
 /// Starts each ray at the root. Puts the rays that may meet something in area.active, and returns their
 /// number. Calls begin(ray, certain) for every ray; certain: if it reaches no instance, it certainly meets
-/// nothing.
+/// nothing. No ray is if the scene has an instance whose file proves nothing.
 template <class Begin>
 uint32_t start_rays(const NifSceneObject& scene, WorkArea& area, const Begin& begin) {
   const std::span<const Node> nodes = scene.hierarchy.nodes();
@@ -31,7 +31,7 @@ uint32_t start_rays(const NifSceneObject& scene, WorkArea& area, const Begin& be
     const kernels::Segment ray = kernels::segment_of(area.rays, i);
     kernels::BoxRay prepared;
     const bool askable = kernels::prepare_box_ray(ray, prepared);
-    begin(i, askable || ray.tmin > ray.tmax);
+    begin(i, (askable || ray.tmin > ray.tmax) && !scene.unproven);
     if (!askable || nodes.empty()) continue;
     for (int a = 0; a < 3; ++a) area.inverse[a][i] = prepared.inverse[a];
     area.cursors[i] = start(nodes.data(), TraversalRay(area, i));
@@ -43,12 +43,12 @@ uint32_t start_rays(const NifSceneObject& scene, WorkArea& area, const Begin& be
 /// Calls exclude(ray, certain) for each ray whose mask does not match the sole instance's: it sees an empty
 /// scene. certain: as in start_rays().
 template <class Exclude>
-void exclude_by_mask(const Instance& sole, const WorkArea& area, const Exclude& exclude) {
+void exclude_by_mask(const NifSceneObject& scene, const WorkArea& area, const Exclude& exclude) {
   for (uint32_t i = 0; i < area.rays.count; ++i) {
-    if (sole.mask & area.mask[i]) continue;
+    if (scene.instances[scene.sole].mask & area.mask[i]) continue;
     const kernels::Segment ray = kernels::segment_of(area.rays, i);
     kernels::BoxRay prepared;
-    exclude(i, kernels::prepare_box_ray(ray, prepared) || ray.tmin > ray.tmax);
+    exclude(i, (kernels::prepare_box_ray(ray, prepared) || ray.tmin > ray.tmax) && !scene.unproven);
   }
 }
 

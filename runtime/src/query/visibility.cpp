@@ -25,7 +25,7 @@ void ask_kernel(const PlacedObject& object, const Wanted& wanted, const SegmentB
     object.kernel->answer(rays, answers, area.kernel_scratch);
 }
 
-/// Withdraws a proof that the instance's transform does not allow: then the whole ray is open.
+/// Withdraws a proof that the instance's transform does not allow, or its file: then the whole ray is open.
 void keep_certain(const Instance& instance, const PlacedObject& object, const Wanted& wanted,
                   const Segment& world, const Segment& local, uint32_t i, kernels::AnswerBatch& answers,
                   kernels::OpenBatch& open) {
@@ -40,18 +40,15 @@ void answer_sole_instance(const NifSceneObject& scene, bool masked, const Wanted
   const Instance& instance = scene.instances[scene.sole];
   const PlacedObject& object = scene.objects[instance.object];
   const uint32_t count = area.rays.count;
-  if (instance.identity) {
-    ask_kernel(object, wanted, area.rays, area.answers, area.open, area);
-  } else {
-    transform_batch(instance, area.rays, area.object_rays);
-    ask_kernel(object, wanted, area.object_rays, area.answers, area.open, area);
-    if (wanted.details)
-      for (uint32_t i = 0; i < count; ++i)
-        keep_certain(instance, object, wanted, segment_of(area.rays, i), segment_of(area.object_rays, i), i,
-                     area.answers, area.open);
-  }
+  if (!instance.identity) transform_batch(instance, area.rays, area.object_rays);
+  const SegmentBatch& rays = instance.identity ? area.rays : area.object_rays;
+  ask_kernel(object, wanted, rays, area.answers, area.open, area);
+  if (wanted.details && (!instance.identity || instance.unproven))
+    for (uint32_t i = 0; i < count; ++i)
+      keep_certain(instance, object, wanted, segment_of(area.rays, i), segment_of(rays, i), i, area.answers,
+                   area.open);
   if (masked)
-    exclude_by_mask(instance, area, [&](uint32_t i, bool certain) {
+    exclude_by_mask(scene, area, [&](uint32_t i, bool certain) {
       area.answers.logit[i] = kernels::kCertainLogit;
       area.answers.certain[i] = certain;
     });
@@ -102,12 +99,13 @@ void finish_details(const Wanted& wanted, WorkArea& area) {
 void answer_in_rounds(const NifSceneObject& scene, bool masked, const Wanted& wanted, WorkArea& area) {
   const uint32_t active = start_rays(scene, area, [&](uint32_t i, bool certain) {
     area.answers.logit[i] = kernels::kCertainLogit;
-    area.answers.certain[i] = certain;
+    area.answers.certain[i] = certain || scene.unproven;
     if (wanted.details) area.combined[i] = {};
-    if (wanted.open) {
-      area.open.begin[i] = std::numeric_limits<float>::infinity();
-      area.open.end[i] = -std::numeric_limits<float>::infinity();
-    }
+    if (wanted.details && scene.unproven) area.combined[i].add(kernels::kCertainLogit, false, {}, false);
+    if (!wanted.open) return;
+    area.open.begin[i] = scene.unproven ? area.rays.tmin[i] : std::numeric_limits<float>::infinity();
+    area.open.end[i] = scene.unproven ? area.rays.tmax[i] : -std::numeric_limits<float>::infinity();
+    area.open_instance[i] = kernels::kNoInstance;
   });
   go_in_rounds(
       scene, masked, area, active, [&](uint32_t i) { return TraversalRay(area, i); },

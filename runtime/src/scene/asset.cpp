@@ -99,6 +99,14 @@ const format::ObjectView& object_of(const NifAssetObject& asset, uint32_t object
   return asset.view.objects[object];
 }
 
+const format::ObjectView& answerable(const NifAssetObject& asset, uint32_t object) {
+  const format::ObjectView& view = object_of(asset, object);
+  if (view.unsupported)
+    throw Failure(NIF_ERROR_UNSUPPORTED_NIF, std::string(asset.name) + ": object " + std::to_string(object) +
+                                                 " ('" + std::string(view.name) + "') " + view.unsupported);
+  return view;
+}
+
 namespace {
 
 /// Adds up the bytes of an asset's parts, in the file and in memory. Every byte is counted exactly once.
@@ -121,6 +129,7 @@ class Parts {
     kernels::BuiltBytes built;
     uint64_t kernels = asset.kernels.capacity() * sizeof(KernelPointer);
     for (const KernelPointer& kernel : asset.kernels) {
+      if (!kernel) continue;
       built.walk_words += kernel->built_bytes().walk_words;
       built.corner_bricks += kernel->built_bytes().corner_bricks;
       kernels += kernel.get_deleter().bytes;
@@ -169,6 +178,9 @@ NifAssetInfo describe(const NifAssetObject& asset) {
   info.metadata_bytes = view.metadata.size();
   info.gpu_bytes = asset.gpu_bytes;
   info.places_nothing = view.places_nothing;
+  info.arithmetic = view.arithmetic;
+  info.prover = view.prover;
+  info.proves = format::proves(view.prover);
   return info;
 }
 
@@ -176,17 +188,23 @@ NifObjectInfo describe_object(const NifAssetObject& asset, uint32_t object) {
   const format::ObjectView& view = object_of(asset, object);
   NifObjectInfo info{};
   info.name = view.name.data();
-  info.encoding = format::encoding_of(view).number;
+  info.level = view.level;
+  info.error = view.error;
+  info.unsupported = view.unsupported ? view.unsupported : "";
   info.network = asset.view.network_of(view);
   std::copy(view.aabb_min.begin(), view.aabb_min.end(), info.bounds_min);
   std::copy(view.aabb_max.begin(), view.aabb_max.end(), info.bounds_max);
   info.bias = view.bias;
   info.triangles = view.triangle_count;
+  if (view.unsupported) return info;
+  info.encoding = format::encoding_of(view).number;
   const kernels::BuiltBytes built = asset.kernels[object]->built_bytes();
   info.resident_bytes = bytes_of(view) + sizeof(format::ObjectView) + built.walk_words + built.corner_bricks;
-  if (const auto* source = asset.view.source_triangles_of(object)) {
-    info.resident_bytes += source->bytes;
-    info.source_triangles = source->triangles;
+  for (const format::NumbersView& numbers : asset.view.numbers) {
+    if (numbers.object != object) continue;
+    info.resident_bytes += numbers.bytes;
+    if (numbers.kind == format::kSourceTriangles)
+      info.source_triangles = numbers.below ? numbers.below : 0xffffffffu;  // 0 stands for 2^32
   }
   if (const auto* colors = asset.view.colors_of(object)) {
     info.resident_bytes += colors->bytes();
@@ -204,6 +222,10 @@ NifAssetInstanceInfo describe_instance(const NifAssetObject& asset, uint32_t ins
   NifAssetInstanceInfo info{};
   info.name = view.name.data();
   info.object = view.object;
+  info.user = view.user;
+  info.mask = view.mask;
+  info.flags = view.flags;
+  info.parent = view.parent;
   std::copy(view.transform.begin(), view.transform.end(), info.transform);
   return info;
 }

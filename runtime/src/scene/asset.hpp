@@ -25,12 +25,14 @@ struct NifAssetObject : nif::runtime::Object {
     for (size_t i = 0; i < parts.size(); ++i) file_parts[i] = parts[i].bytes;
     kernels.reserve(view.objects.size());
     for (const nif::format::ObjectView& object : view.objects)
-      kernels.push_back(
-          nif::runtime::make_kernel(object, owner->configuration.kernels, owner->memory(), copies));
+      kernels.push_back(object.unsupported ? nif::runtime::KernelPointer()
+                                           : nif::runtime::make_kernel(object, owner->configuration.kernels,
+                                                                       owner->memory(), copies));
     // Details of hits are looked up in the file's bytes, and a GPU reads them when a scene with this asset is
     // committed.
-    bool read = device->gpu.has_value() || !view.source_triangles.empty() || !view.colors.empty();
-    for (const nif::runtime::KernelPointer& kernel : kernels) read = read || kernel->reads_field();
+    bool read = device->gpu.has_value() || !view.numbers.empty() || !view.colors.empty();
+    for (const nif::runtime::KernelPointer& kernel : kernels)
+      read = read || (kernel && kernel->reads_field());
     if (!read) drop_bytes();
   }
 
@@ -45,7 +47,8 @@ struct NifAssetObject : nif::runtime::Object {
   nif::format::AssetView view;
   std::pmr::vector<char> texts;       ///< names and metadata of the view, once `memory` is freed
   nif::runtime::SharedCopies copies;  ///< data that kernels share
-  std::pmr::vector<nif::runtime::KernelPointer> kernels;  ///< [object] answers its queries
+  std::pmr::vector<nif::runtime::KernelPointer>
+      kernels;  ///< [object] answers its queries; null if unsupported
   uint64_t file_bytes;
   /// The file's bytes_by_part(), kept even if the file's bytes are freed.
   std::array<uint64_t, nif::format::FileParts::kMost> file_parts;
@@ -65,6 +68,8 @@ void release(NifAssetObject* asset);
 
 /// Returns an object; throws Failure if the asset has no such object.
 const format::ObjectView& object_of(const NifAssetObject& asset, uint32_t object);
+/// The same, but throws Failure also if this build cannot answer the object.
+const format::ObjectView& answerable(const NifAssetObject& asset, uint32_t object);
 NifAssetInfo describe(const NifAssetObject& asset);
 /// Describes a part; throws Failure if there is no such part.
 NifPartInfo describe_part(const NifAssetObject& asset, uint32_t part);

@@ -25,7 +25,7 @@ struct PlacedObject {
 };
 
 using Instance = kernels::PlacedInstance;
-inline constexpr uint32_t kMaxPlacedObjects = 1u << 30;
+inline constexpr uint32_t kMaxPlacedObjects = 1u << 29;
 
 /// The part of a translation that its floats cannot hold.
 using Remainder = std::array<float, 3>;
@@ -36,7 +36,7 @@ struct Placement {
   Remainder remainder{};
 };
 
-/// Sets all members except object, place and mask. Throws Failure if the transform is not finite or has no
+/// Sets all members except object, unproven, place and mask. Throws Failure if the transform is not finite or has no
 /// inverse.
 Instance make_instance(const Placement& placement);
 

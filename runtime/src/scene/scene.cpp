@@ -51,11 +51,15 @@ uint32_t prepare(NifSceneObject& scene, NifAssetObject* asset, size_t count) {
   if (at != scene.assets.end() && at->asset.get() == asset) return at->first_object;
   const size_t first = scene.objects.size();
   if (asset->view.objects.size() > kMaxPlacedObjects - first)
-    refuse_argument("a scene holds at most 2^30 objects");
+    refuse_argument("a scene holds at most 2^29 objects");
   make_room(scene.objects, asset->view.objects.size());
   scene.assets.insert(at, {Ref<NifAssetObject>(asset), uint32_t(first)});
   for (size_t i = 0; i < asset->view.objects.size(); ++i) {
     const format::ObjectView& view = asset->view.objects[i];
+    if (view.unsupported) {  // no instance can name it
+      scene.objects.emplace_back();
+      continue;
+    }
     const kernels::AnyField field = field_of(view);
     scene.objects.push_back({&view, asset->kernels[i].get(), kernels::calibration(field),
                              kernels::reach_scale(field), uint32_t(i),
@@ -79,6 +83,7 @@ Placed place(const NifSceneObject& scene, const format::ObjectView& object,
       refuse_argument("the instance is too far from the scene's origin for single precision");
   Placed placed{make_instance(placement), world_box(object, placement)};
   placed.instance.mask = settings.mask;
+  placed.instance.unproven = !object.proven;
   return placed;
 }
 
@@ -243,6 +248,9 @@ void commit_instances(NifSceneObject& scene) {
   }
   scene.bounds = scene.hierarchy.bounds();
   scene.sole = find_sole(scene);
+  scene.unproven = false;
+  for (size_t i = 0; i < scene.instances.size(); ++i)
+    scene.unproven = scene.unproven || (scene.instances[i].unproven && scene.settings[i].awake());
   scene.committed = true;
 }
 
@@ -261,7 +269,7 @@ void release(NifSceneObject* scene) {
 Added add_instance(NifSceneObject& scene, NifAssetObject* asset, uint32_t object, const float* transform) {
   InstanceSettings settings;
   settings.transform = read_transform(transform);
-  const Placed placed = place(scene, object_of(*asset, object), settings);
+  const Placed placed = place(scene, answerable(*asset, object), settings);
   const uint32_t first_object = prepare(scene, asset, 1), number = free_numbers(scene, 1);
   put(scene, number, first_object + object, settings, placed);
   return {number, 1};
@@ -272,32 +280,39 @@ Added add_asset(NifSceneObject& scene, NifAssetObject* asset, const float* trans
   const Transform outer = read_transform(transform);
   std::pmr::vector<InstanceSettings> settings(scene.device->memory());
   std::pmr::vector<Placed> placed(scene.device->memory());
+  std::pmr::vector<uint32_t> objects(scene.device->memory());
   const size_t count = view.placed_count();
-  settings.resize(count);
+  settings.reserve(count);
   placed.reserve(count);
-  const auto object = [&](size_t i) {
-    return view.instances.empty() ? uint32_t(i) : view.instances[i].object;
-  };
-  for (size_t i = 0; i < count; ++i) {
+  objects.reserve(count);
+  view.for_each_placed([&](uint32_t object, const format::InstanceView* instance) {
+    InstanceSettings& own = settings.emplace_back();
     Placement whole{outer, {}};
-    if (!view.instances.empty()) {
-      whole = {view.instances[i].transform, view.instances[i].remainder};
+    if (instance) {
+      whole = {instance->transform, instance->remainder};
       if (transform) whole = combine(outer, whole);
+      own.mask = instance->mask;
+      own.flags = instance->flags;
+      own.user = instance->user;
     }
-    settings[i].transform = whole.to_world;
-    settings[i].remainder = whole.remainder;
+    own.transform = whole.to_world;
+    own.remainder = whole.remainder;
+    const format::ObjectView& placed_object = answerable(*asset, object);
     try {
-      placed.push_back(place(scene, view.objects[object(i)], settings[i]));
+      placed.push_back(place(scene, placed_object, own));
     } catch (const Failure& failure) {
-      if (view.instances.empty()) throw;
-      throw Failure(failure.code(), std::string(asset->name) + ": instance " + std::to_string(i) + " (" +
-                                        std::string(view.instances[i].name) + "): " + failure.what());
+      if (!instance) throw;
+      throw Failure(failure.code(), std::string(asset->name) + ": instance " +
+                                        std::to_string(settings.size() - 1) + " (" +
+                                        std::string(instance->name) + "): " + failure.what());
     }
-  }
+    if (!own.awake()) placed.back().box = empty_box();
+    objects.push_back(object);
+  });
   const uint32_t first_object = prepare(scene, asset, count);
   const uint32_t first = free_numbers(scene, count);
   for (uint32_t i = 0; i < count; ++i)
-    put(scene, first + i, first_object + object(i), settings[i], placed[i]);
+    put(scene, first + i, first_object + objects[i], settings[i], placed[i]);
   return {first, uint32_t(count)};
 }
 

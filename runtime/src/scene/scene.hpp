@@ -53,6 +53,9 @@ struct NifSceneObject : nif::runtime::Object {
   bool committed = false;
   /// The only instance that rays can meet, at the last commit; kNoInstance: none or several.
   uint32_t sole = nif::kernels::kNoInstance;
+  /// Rays can meet an instance whose file proves nothing, at the last commit. Then no ray is certain to miss
+  /// everything, because objects of such files may be larger than their boxes.
+  bool unproven = false;
   nif::runtime::GpuScene* on_gpu = nullptr;
   bool ready_on_gpu = false;  ///< the GPU has the committed scene
   nif::kernels::WorldBox bounds{{1, 1, 1}, {-1, -1, -1}};
