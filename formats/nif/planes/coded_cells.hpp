@@ -52,7 +52,8 @@ class CellCoder {
 
   /// Fills the words. `truth` has the words to encode, such as a reader accepts; null when decoding.
   /// `kinds_stated`: kinds as they are; else a kind only says whether the cell separates, as kind_of({0, 0,
-  /// separates}). Returns false if no encoder could have made this: then the words are undefined.
+  /// separates}). Returns false if the file is damaged: then the words are
+  /// undefined.
   bool code(const kernels::PlanesField* truth, bool kinds_stated) {
     kinds_stated_ = kinds_stated;
     for (uint32_t i = 0; i < cells_.count(); ++i) {
@@ -115,7 +116,7 @@ class CellCoder {
         {0, 0, coder_.bit(models_->separates[bare][separating][passable], separates(truth))});
   }
 
-  /// `word` has the kind, and receives the rest. Returns false if no encoder could have made them.
+  /// `word` has the kind, and receives the rest. Returns false if that is out of range.
   bool code_planes(const CellCube& cell, const Neighbours& neighbours, uint32_t truth, uint32_t& word) {
     constexpr int32_t kHalf = kernels::kNormalHalf, kPlaces = kernels::kPlanePlaces;
     const uint32_t kind = kernels::word_kind(word);
@@ -132,7 +133,7 @@ class CellCoder {
                                      int32_t(kernels::lower_place(truth)));
     if (lower < 0 || lower + distance > kPlaces) return false;
     word = kernels::make_planes(kind, u_bits, v_bits, uint32_t(lower), uint32_t(lower + distance));
-    return (word & ~15u) != kernels::kBareCell;
+    return true;
   }
 
   /// Of the planes, in places.
@@ -142,25 +143,21 @@ class CellCoder {
     return 1 + int32_t(models[thickness_class(prediction, cell)].code(coder_, uint32_t(truth - 1)));
   }
 
-  /// Codes u and v. Returns false if no encoder could have made them.
+  /// Codes u and v. Returns false if they are out of range.
   bool code_normal(const CellPrediction& prediction, int32_t distance, int32_t& u, int32_t& v) {
-    constexpr int32_t kHalf = kernels::kNormalHalf;
     int32_t like_u = prediction.u, like_v = prediction.v;
     const int32_t rim = std::max(std::abs(like_u), std::abs(like_v));
     const bool may_turn = prediction.count > 0 && rim >= CellModels::kRim;
-    const auto nearer_turned = [&] {
-      return std::max(std::abs(u + prediction.u), std::abs(v + prediction.v)) <
-             std::max(std::abs(u - prediction.u), std::abs(v - prediction.v));
-    };
-    const bool turned =
-        may_turn && coder_.bit(models_->turned[rim >= CellModels::kOuterRim], nearer_turned());
-    if (turned) like_u = -like_u, like_v = -like_v;
+    const bool nearer = std::max(std::abs(u + like_u), std::abs(v + like_v)) <
+                        std::max(std::abs(u - like_u), std::abs(v - like_v));  // to the opposite
+    if (may_turn && coder_.bit(models_->turned[rim >= CellModels::kOuterRim], nearer))
+      like_u = -like_u, like_v = -like_v;
     const uint32_t near = rank(distance, CellModels::kForNormal);
     const int32_t missed = models_->u[prediction.doubt][near].code(coder_, u - like_u);
     const uint32_t miss = rank(std::abs(missed), CellModels::kMisses);
     u = like_u + missed;
     v = like_v + models_->v[prediction.doubt][near][miss].code(coder_, v - like_v);
-    return std::max(std::abs(u), std::abs(v)) <= kHalf && (!may_turn || turned == nearer_turned());
+    return std::max(std::abs(u), std::abs(v)) <= kernels::kNormalHalf;
   }
 
   /// May be out of range.

@@ -115,7 +115,7 @@ class OccupancyCoder {
       : coder_(coder), grid_(grid), to_(to), known_(grid, to), models_(std::make_unique<Models>()) {}
 
   /// Fills the arrays. `truth` is what to encode, with bricks in order; null when decoding. Returns false if
-  /// no encoder could have made this: then the arrays are undefined.
+  /// the file is damaged: then the arrays are undefined.
   bool code(const kernels::PlanesField* truth) {
     if (!code_bricks(truth)) return false;
     uint32_t voxels = 0;
