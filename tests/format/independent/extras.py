@@ -30,7 +30,6 @@ def read_source_triangles(file):
     for which, item, count, payload, place in _read(file, "SRCT", "SNUM"):
         require("triangles" in item.parts, place, "an object without triangles")
         triangles = len(item.triangles.triangles)
-        require(count >= triangles, place, f"{count} source triangles of {triangles}")
         bits = max((count - 1).bit_length(), 1)
         size = (bits * triangles + 31) // 32 * 4
         require(len(payload) == size, place, f"a payload of {len(payload)} bytes, not {size}")
