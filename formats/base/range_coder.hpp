@@ -4,6 +4,8 @@
 //
 // The encoder and the decoder have the same functions, so that the models of a kind of data are written once,
 // for both: bit(model, value) returns `value` when it encodes, and the encoded value when it decodes.
+//
+// docs/format.md, "Bits", describes all of it; docs/results/coding.md says what its constants are worth.
 #pragma once
 
 #include <array>
