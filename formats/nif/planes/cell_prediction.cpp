@@ -110,7 +110,7 @@ uint32_t thickness_class(const CellPrediction& prediction, const CellCube& cell)
 }
 
 PlacePrediction predict_place(const CellPrediction& prediction, const CellCube& cell,
-                              const CellVector& normal, int32_t distance) {
+                              const CellVector& normal, int32_t thickness) {
   constexpr int32_t kPlaces = kernels::kPlanePlaces;
   const CellVector middle = cell.middle();
   const int32_t unit = place_unit(cell.side);
@@ -130,7 +130,7 @@ PlacePrediction predict_place(const CellPrediction& prediction, const CellCube& 
     twice += int32_t(std::clamp<int64_t>(rounded(sum / prediction.weight, unit), 1 - kPlaces, kPlaces - 1));
     if (prediction.count > 1) doubt = 2 + rank((highest - lowest) / unit / 2, kHeightSpreads);
   }
-  return {std::clamp((twice - distance) >> 1, 0, kPlaces - distance), doubt};
+  return {std::clamp((twice - thickness) >> 1, 0, kPlaces - thickness), doubt};
 }
 
 }  // namespace nif::format

@@ -36,11 +36,11 @@ struct CellModels {
   BitModel bare[kLevels];       ///< level
   SymbolModel<4> kind[2];       ///< bare
   BitModel separates[2][5][4];  ///< bare, Neighbours::separating, ::passable
-  NumberModel<9> distance[kLevels][2][kThicknessClasses];  ///< level, separates, expected
-  BitModel turned[2];                                      ///< beyond the outer rim
-  DifferenceModel<6> u[kDoubts][4];                        ///< doubt, rank of the distance
-  DifferenceModel<6> v[kDoubts][4][4];                     ///< likewise, and rank of the miss of u
-  DifferenceModel<8> lower[kPlaceDoubts][5];               ///< doubt of the place, rank of the distance
+  NumberModel<9> thickness[kLevels][2][kThicknessClasses];  ///< level, separates, expected
+  BitModel turned[2];                                       ///< beyond the outer rim
+  DifferenceModel<6> u[kDoubts][4];                         ///< doubt, rank of the thickness
+  DifferenceModel<6> v[kDoubts][4][4];                      ///< likewise, and rank of the miss of u
+  DifferenceModel<8> lower[kPlaceDoubts][5];                ///< doubt of the place, rank of the thickness
 };
 
 template <class Coder>
@@ -121,30 +121,30 @@ class CellCoder {
     constexpr int32_t kHalf = kernels::kNormalHalf, kPlaces = kernels::kPlanePlaces;
     const uint32_t kind = kernels::word_kind(word);
     const CellPrediction prediction = predict_planes(neighbours, cell);
-    const int32_t distance =
-        code_distance(cell, separates(kind), prediction,
-                      int32_t(kernels::upper_place(truth)) - int32_t(kernels::lower_place(truth)));
-    if (distance > kPlaces) return false;
+    const int32_t thickness =
+        code_thickness(cell, separates(kind), prediction,
+                       int32_t(kernels::upper_place(truth)) - int32_t(kernels::lower_place(truth)));
+    if (thickness > kPlaces) return false;
     int32_t u = int32_t(truth >> 4 & 63) - kHalf, v = int32_t(truth >> 10 & 63) - kHalf;
-    if (!code_normal(prediction, distance, u, v)) return false;
+    if (!code_normal(prediction, thickness, u, v)) return false;
     const uint32_t u_bits = uint32_t(u + kHalf), v_bits = uint32_t(v + kHalf);
     const CellVector normal = FoundCell{kernels::make_planes(kind, u_bits, v_bits, 0, 1)}.normal();
-    const int32_t lower = code_lower(predict_place(prediction, cell, normal, distance), distance,
+    const int32_t lower = code_lower(predict_place(prediction, cell, normal, thickness), thickness,
                                      int32_t(kernels::lower_place(truth)));
-    if (lower < 0 || lower + distance > kPlaces) return false;
-    word = kernels::make_planes(kind, u_bits, v_bits, uint32_t(lower), uint32_t(lower + distance));
+    if (lower < 0 || lower + thickness > kPlaces) return false;
+    word = kernels::make_planes(kind, u_bits, v_bits, uint32_t(lower), uint32_t(lower + thickness));
     return true;
   }
 
   /// Of the planes, in places.
-  int32_t code_distance(const CellCube& cell, bool separates, const CellPrediction& prediction,
-                        int32_t truth) {
-    auto& models = models_->distance[cells_.level(cell)][separates];
+  int32_t code_thickness(const CellCube& cell, bool separates, const CellPrediction& prediction,
+                         int32_t truth) {
+    auto& models = models_->thickness[cells_.level(cell)][separates];
     return 1 + int32_t(models[thickness_class(prediction, cell)].code(coder_, uint32_t(truth - 1)));
   }
 
   /// Codes u and v. Returns false if they are out of range.
-  bool code_normal(const CellPrediction& prediction, int32_t distance, int32_t& u, int32_t& v) {
+  bool code_normal(const CellPrediction& prediction, int32_t thickness, int32_t& u, int32_t& v) {
     int32_t like_u = prediction.u, like_v = prediction.v;
     const int32_t rim = std::max(std::abs(like_u), std::abs(like_v));
     const bool may_turn = prediction.count > 0 && rim >= CellModels::kRim;
@@ -152,7 +152,7 @@ class CellCoder {
                         std::max(std::abs(u - like_u), std::abs(v - like_v));  // to the opposite
     if (may_turn && coder_.bit(models_->turned[rim >= CellModels::kOuterRim], nearer))
       like_u = -like_u, like_v = -like_v;
-    const uint32_t near = rank(distance, CellModels::kForNormal);
+    const uint32_t near = rank(thickness, CellModels::kForNormal);
     const int32_t missed = models_->u[prediction.doubt][near].code(coder_, u - like_u);
     const uint32_t miss = rank(std::abs(missed), CellModels::kMisses);
     u = like_u + missed;
@@ -161,10 +161,10 @@ class CellCoder {
   }
 
   /// May be out of range.
-  int32_t code_lower(const PlacePrediction& prediction, int32_t distance, int32_t truth) {
+  int32_t code_lower(const PlacePrediction& prediction, int32_t thickness, int32_t truth) {
     auto& models = models_->lower[prediction.doubt];
     return prediction.lower +
-           models[rank(distance, CellModels::kForPlace)].code(coder_, truth - prediction.lower);
+           models[rank(thickness, CellModels::kForPlace)].code(coder_, truth - prediction.lower);
   }
 
   Coder& coder_;
