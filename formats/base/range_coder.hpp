@@ -97,8 +97,8 @@ class RangeEncoder {
   uint8_t held_ = 0;
 };
 
-/// Any bytes decode to something; complete() tells whether an encoder could have made them. Never reads beyond
-/// them.
+/// Any bytes decode to something; complete() tells whether an encoder could have made them. Never reads
+/// beyond them.
 class RangeDecoder {
  public:
   explicit RangeDecoder(std::span<const std::byte> bytes) : bytes_(bytes) {

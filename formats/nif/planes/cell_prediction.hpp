@@ -34,7 +34,8 @@ CellPrediction predict_planes(const Neighbours& neighbours, const CellCube& cell
 uint32_t thickness_class(const CellPrediction& prediction, const CellCube& cell);
 inline constexpr uint32_t kThicknessClasses = 16;
 
-/// Where the lower plane is expected, given the normal and the thickness: the distance of the planes, in places.
+/// Where the lower plane is expected, given the normal and the thickness, which is the distance of the planes
+/// in places.
 struct PlacePrediction {
   int32_t lower;
   uint32_t doubt;  ///< 0: nothing is known; 1: one hint; 2 to 7: higher the less the heights agree

@@ -1,5 +1,5 @@
-// Codes an occupancy grid (docs/format.md, "Occupancy"): first the kind of each brick, then the voxels of mixed
-// bricks, each in the context of its already known neighbours. What can be counted is not stored.
+// Codes an occupancy grid (docs/format.md, "Occupancy"): first the kind of each brick, then the voxels of
+// mixed bricks, each in the context of its already known neighbours. What can be counted is not stored.
 #pragma once
 
 #include <algorithm>
