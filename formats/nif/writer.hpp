@@ -49,9 +49,10 @@ class FileSize {
   std::map<uint32_t, Sum> sections_;  ///< by type
 };
 
-/// A copy that owns its memory. encode() makes the same bytes from it, except that it leaves out what this
-/// build does not know: sections without kKeep, flags that a reader may ignore, further bytes of records, what
-/// lies between payloads. Throws nif::Error (Status::unsupported_nif) if an object is not supported.
+/// A copy that owns its memory. Of a file that encode() made, it makes the same bytes again; of the file of
+/// another writer, a file of the same asset. It leaves out what this build does not know: sections without
+/// kKeep, flags that a reader may ignore, further bytes of records, what lies between payloads. Throws
+/// nif::Error (Status::unsupported_nif) if an object is not supported.
 Asset to_asset(const AssetView& view);
 
 /// The text, with everything that a name in an asset may not contain (bytes that are not UTF-8, zeros)

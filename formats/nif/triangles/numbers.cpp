@@ -15,8 +15,6 @@ std::optional<NumbersView> read_record(const NumbersRecord& record, const Object
   const kernels::TrianglesField& triangles = object.triangles->field;
   const uint32_t count = record.kind == kSourceVertices ? triangles.vertex_count : triangles.triangle_count;
   place.require(record.reserved == 0, Rule::reserved_not_zero);
-  if (record.kind == kSourceTriangles)
-    place.require(record.below == 0 || record.below >= count, Rule::fewer_triangles);
   NumbersView view{record.object,
                    record.kind,
                    record.below,
