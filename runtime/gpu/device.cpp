@@ -7,7 +7,7 @@
 namespace nif::gpu {
 namespace {
 
-constexpr size_t kStagingBytes = Staging::kRayBytes + runtime::output_bytes(Staging::kRays);
+constexpr size_t kStagingBytes = Staging::kInputBytes + runtime::output_bytes(Staging::kRays);
 
 }  // namespace
 

@@ -15,12 +15,12 @@
 namespace nif::gpu {
 
 /// Staging memory for queries in host memory, which go through it chunk by chunk: host memory to copy from
-/// and to, and GPU memory. Both have the same layout: kRays rays, then the outputs one after the other
-/// (query/outputs.hpp).
+/// and to, and GPU memory. Both have the same layout: the chunk's rays and, right behind them, their masks, so
+/// that one copy takes both; from kInputBytes on the outputs one after the other (query/outputs.hpp).
 class Staging {
  public:
   static constexpr uint64_t kRays = 1 << 18;
-  static constexpr size_t kRayBytes = kRays * sizeof(NifRay);
+  static constexpr size_t kInputBytes = kRays * (sizeof(NifRay) + sizeof(uint32_t));
 
   /// Has room for every output.
   explicit Staging(Context& context);
@@ -126,6 +126,9 @@ void answer_query(GpuDevice& device, GpuScene& scene, const NifRays& rays, const
 void list_open_rays(GpuDevice& device, GpuScene& scene, const NifRays& rays, const NifAnswers& answers,
                     const NifOpenRays& open);
 void find_hits(GpuDevice& device, GpuScene& scene, const NifRays& rays, const NifHits& hits);
+/// Checks the arrays of a query in host memory that the CPU answers. `open` and `hits` may be null.
+void check_for_cpu(GpuDevice& device, const NifRays& rays, const NifAnswers& answers, const NifOpenRays* open,
+                   const NifHits* hits);
 /// For a query in host memory: answers it on the GPU once and then `rounds` times, without copies in between;
 /// then copies the answers. seconds: [rounds], or [rounds][kMeasuredStages] for the pipeline's stages.
 void time_query(GpuDevice& device, GpuScene& scene, const NifRays& rays, const NifAnswers& answers,

@@ -149,6 +149,11 @@ NifError intersect(GpuDevice* device, GpuScene* scene, const NifRays* rays, cons
   return on_card(device, message, [&] { find_hits(*device, *scene, *rays, *hits); });
 }
 
+NifError check_host_query(GpuDevice* device, const NifRays* rays, const NifAnswers* answers,
+                          const NifOpenRays* open, const NifHits* hits, GpuMessage* message) {
+  return on_card(device, message, [&] { check_for_cpu(*device, *rays, *answers, open, hits); });
+}
+
 NifError measure_query(GpuDevice* device, GpuScene* scene, const NifRays* rays, const NifAnswers* answers,
                        GpuMeasure measure, uint32_t rounds, double* seconds, GpuMessage* message) {
   return on_card(device, message,
@@ -208,6 +213,7 @@ extern "C" NIF_API const nif::runtime::GpuModule* nif_gpu_module(void) {
                                          gpu::query,
                                          gpu::query_open,
                                          gpu::intersect,
+                                         gpu::check_host_query,
                                          gpu::measure_query,
                                          gpu::start_query,
                                          gpu::wait_job,

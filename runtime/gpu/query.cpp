@@ -53,6 +53,26 @@ void check_answers(Context& context, const NifRays& rays, const NifAnswers& answ
       answers);
 }
 
+void check_open(Context& context, const NifRays& rays, const NifOpenRays& open) {
+  const auto check = [&](const void* array, const char* name) {
+    check_array(context, rays.memory, array, std::string("open: ") + name);
+  };
+  check(open.count, "count");
+  if (open.capacity == 0) return;  // the lists are not used
+  check(open.rays, "rays");
+  check(open.tmin, "tmin");
+  check(open.tmax, "tmax");
+  check(open.instance, "instance");
+}
+
+void check_hits(Context& context, const NifRays& rays, const NifHits& hits) {
+  runtime::visit_hit_outputs(
+      [&](const OutputArray& about, const auto* array) {
+        check_array(context, rays.memory, array, std::string("hits: ") + about.name);
+      },
+      hits);
+}
+
 [[noreturn]] void refuse_scene() {
   throw GpuError(NIF_ERROR_INVALID_OPERATION, "the scene is not on the GPU, because its commit failed");
 }
@@ -113,8 +133,9 @@ void put_noted(GpuDevice& device, GpuScene& scene, Stream stream, const Launches
   }
 }
 
-float value_at(const float* array, uint64_t stride, uint64_t i) {
-  float value;
+template <class T>
+T value_at(const T* array, uint64_t stride, uint64_t i) {
+  T value;
   // Computed as an integer: a stride may be negative, in two's complement.
   const uintptr_t from = reinterpret_cast<uintptr_t>(array) + uintptr_t(i * stride);
   std::memcpy(&value, reinterpret_cast<const char*>(from), sizeof(value));
@@ -138,6 +159,20 @@ void read_rays(const NifRays& query, uint64_t first, uint64_t count, unsigned ch
         query.tmax ? value_at(query.tmax, query.tmax_stride, i) : std::numeric_limits<float>::infinity();
     std::memcpy(to + k * sizeof(ray), &ray, sizeof(ray));
   }
+}
+
+/// Returns how many bytes the masks take: one for each ray, or one for all.
+size_t read_masks(const NifRays& query, uint64_t first, uint64_t count, unsigned char* to) {
+  const uint64_t stride = query.mask_stride, bytes = (stride == 0 ? 1 : count) * sizeof(uint32_t);
+  if (stride == sizeof(uint32_t)) {
+    std::memcpy(to, bytes_of(query.mask) + first * stride, bytes);
+    return bytes;
+  }
+  for (uint64_t at = 0; at < bytes; at += sizeof(uint32_t), ++first) {
+    const uint32_t mask = value_at(query.mask, stride, first);
+    std::memcpy(to + at, &mask, sizeof(mask));
+  }
+  return bytes;
 }
 
 /// Borrows staging memory for its lifetime.
@@ -187,7 +222,7 @@ class HostQuery {
  public:
   HostQuery(GpuDevice& device, GpuScene& scene, const NifRays& rays, const NifAnswers& answers)
       : device_(device), context_(*device.context), scene_(scene), rays_(rays), answers_(answers) {
-    size_t at = Staging::kRayBytes;
+    size_t at = Staging::kInputBytes;
     visit_outputs(
         [&](const OutputArray& about, auto* to) {
           if (to) outputs_.push_back({about, bytes_of(to), at});
@@ -249,11 +284,15 @@ class HostQuery {
     return rays_.stream ? rays_.stream : (*place.staging).stream();
   }
 
-  /// The query for a chunk's rays, in GPU memory.
-  SceneQuery on_card(const Staging& staging) const {
-    SceneQuery query =
-        scene_query(nifMakeRays(reinterpret_cast<const NifRay*>(staging.card()), Staging::kRays), {});
-    size_t at = Staging::kRayBytes;
+  /// The query for a chunk of `count` rays, in GPU memory.
+  SceneQuery on_card(const Staging& staging, uint64_t count) const {
+    NifRays rays = nifMakeRays(reinterpret_cast<const NifRay*>(staging.card()), count);
+    if (rays_.mask) {
+      rays.mask = reinterpret_cast<const uint32_t*>(staging.card() + count * sizeof(NifRay));
+      rays.mask_stride = rays_.mask_stride == 0 ? 0 : sizeof(uint32_t);
+    }
+    SceneQuery query = scene_query(rays, {});
+    size_t at = Staging::kInputBytes;
     visit_outputs(
         [&](const OutputArray& about, unsigned char*& array, const auto* wanted) {
           if (wanted) array = staging.card() + at;
@@ -269,8 +308,10 @@ class HostQuery {
     place.first = first;
     place.count = count;
     read_rays(rays_, first, count, staging.host());
-    context_.copy_in(staging.card(), staging.host(), count * sizeof(NifRay), stream);
-    put_query(device_, scene_, on_card(staging), count, stream);
+    size_t bytes = count * sizeof(NifRay);
+    if (rays_.mask) bytes += read_masks(rays_, first, count, staging.host() + bytes);
+    context_.copy_in(staging.card(), staging.host(), bytes, stream);
+    put_query(device_, scene_, on_card(staging, count), count, stream);
     for (const Output& output : outputs_)
       context_.copy_out(staging.host() + output.at, staging.card() + output.at, output.about.bytes(count),
                         stream);
@@ -354,16 +395,7 @@ void list_open_rays(GpuDevice& device, GpuScene& scene, const NifRays& rays, con
   Context& context = *device.context;
   check_rays(context, rays);
   check_answers(context, rays, answers);
-  const auto check = [&](const void* array, const char* name) {
-    check_array(context, rays.memory, array, std::string("open: ") + name);
-  };
-  check(open.count, "count");
-  if (open.capacity > 0) {  // otherwise the lists are not used
-    check(open.rays, "rays");
-    check(open.tmin, "tmin");
-    check(open.tmax, "tmax");
-    check(open.instance, "instance");
-  }
+  check_open(context, rays, open);
   constexpr uint64_t kMostRays = std::numeric_limits<uint32_t>::max();
   const kernels::gpu::OpenLists lists{bytes_of(open.rays), bytes_of(open.tmin),
                                       bytes_of(open.tmax), bytes_of(open.instance),
@@ -377,15 +409,22 @@ void find_hits(GpuDevice& device, GpuScene& scene, const NifRays& rays, const Ni
   if (!scene.ready) refuse_scene();
   Context& context = *device.context;
   check_rays(context, rays);
+  check_hits(context, rays, hits);
   kernels::gpu::HitOutputs outputs{};
   runtime::visit_hit_outputs(
-      [&](const OutputArray& about, unsigned char*& to, auto* array) {
-        check_array(context, rays.memory, array, std::string("hits: ") + about.name);
-        to = bytes_of(array);
-      },
-      outputs, hits);
+      [](const OutputArray&, unsigned char*& to, auto* array) { to = bytes_of(array); }, outputs, hits);
   put_noted(device, scene, rays.stream,
             [&] { put_hit_query(device, scene, scene_query(rays, {}), rays.count, outputs, rays.stream); });
+}
+
+void check_for_cpu(GpuDevice& device, const NifRays& rays, const NifAnswers& answers, const NifOpenRays* open,
+                   const NifHits* hits) {
+  Context& context = *device.context;
+  check_rays(context, rays);
+  check_array(context, rays.memory, rays.scratch, "rays: scratch");
+  check_answers(context, rays, answers);
+  if (open) check_open(context, rays, *open);
+  if (hits) check_hits(context, rays, *hits);
 }
 
 }  // namespace nif::gpu

@@ -106,6 +106,13 @@ struct Bounds {
   uint32_t spilled = 0;  ///< bytes, on NVIDIA
 };
 
+/// Warps of a thread's registers that an NVIDIA multiprocessor has room for: each of its four parts has 16,384
+/// registers, of which a thread gets a multiple of 8. So four warps more or less are the smallest step.
+constexpr uint32_t resident_warps(uint32_t registers) { return 16384 / ((registers + 7) / 8 * 8 * 32) * 4; }
+static_assert(resident_warps(64) == 32 && resident_warps(72) == 28 && resident_warps(80) == 24 &&
+              resident_warps(96) == 20 && resident_warps(128) == 16 && resident_warps(168) == 12 &&
+              resident_warps(169) == 8);
+
 /// Every kernel.
 ///
 /// Registers are bounded so that enough waves are in flight to hide the latency of loads: 128 are 8 of 16
@@ -123,7 +130,7 @@ struct Bounds {
 /// pipeline's walk one of 5 on gfx942 (none of 4 on gfx90a) and 4 of 28 on NVIDIA; in the one with details
 /// one of 4 and none of 20; in nif_scene_segment one of 4 on gfx90a; in the one with details and in
 /// nif_pipeline_alone 4 of 20 on NVIDIA. That runs end at planes, and not where cells do, costs up to 6
-/// registers more: one of 4 waves in the pipeline's walk on gfx90a, and 2 of 21 warps in nif_scene_segment on
+/// registers more: one of 4 waves in the pipeline's walk on gfx90a, and 4 of 20 warps in nif_scene_segment on
 /// NVIDIA. Where there may be an `exact` object, a ray waits in the space of its BVH while it is walked: 2
 /// registers in nif_pipeline_walk_any on gfx90a, and no wave. `proof` objects, with a walk of their own, cost
 /// 2 in the one with details on CDNA: 186, of which there is room for 2 waves, as of 184.
@@ -142,7 +149,7 @@ struct Bounds {
 ///
 /// A ray seldom passes close to an edge, but what looks at that (passes_close()) takes registers wherever
 /// triangles are tested: up to 16 on AMD and 26 on NVIDIA, which is one wave of 3 in nif_scene_bvh and in
-/// nif_pipeline_walk_any on gfx90a, one warp of 17 in the latter, up to two of 14 in those with details, and
+/// nif_pipeline_walk_any on gfx90a, 4 of 12 warps in nif_scene_bvh_details and in nif_scene_any_details, and
 /// 340 bytes more in memory where a thread has 64 registers. Called as a function, or with twice the digits,
 /// it took 50 to 90.
 ///
@@ -151,8 +158,8 @@ struct Bounds {
 /// or 128 registers.
 ///
 /// Masks, and instances under numbers that are not 0, keep two pointers and a number more, which is 4
-/// registers where triangles are tested on gfx90a, of which there is room for as many waves, 4 in
-/// nif_scene_open on NVIDIA, which is one block of 7, and up to 32 scalar registers more in lanes.
+/// registers where triangles are tested on gfx90a and in nif_scene_open on NVIDIA, of which there is room for
+/// as many waves, and up to 32 scalar registers more in lanes.
 /// nif_pipeline_walk_segment, for which nvcc then took 88 registers, is held at 6 blocks, and takes 78 as
 /// before, without memory.
 ///

@@ -3,6 +3,7 @@
 #include <thread>
 
 #include "tests/gpu/module_fixture.hpp"
+#include "tests/runtime/first_hits.hpp"
 #include "tests/support/beyond_grid.hpp"
 
 namespace nif::test {
@@ -338,6 +339,117 @@ TEST_F(GpuFaults, WrongPointers) {
   query.stream = machine().make_stream(1);
   EXPECT_EQ(nifQuery(twins.gpu(), &query, &outputs), NIF_ERROR_INVALID_ARGUMENT);
   machine().free_stream(query.stream);
+}
+
+/// Warnings: a scene that is not on the GPU, and, once, the loss of the GPU.
+TEST_F(GpuFaults, AreLogged) {
+  std::vector<std::string> warnings;
+  auto callbacks = nifkit::sized<NifDeviceCallbacks>();
+  callbacks.user = &warnings;
+  callbacks.log = [](void* user, uint32_t level, const char* message) {
+    if (level == NIF_LOG_WARNING) static_cast<std::vector<std::string>*>(user)->emplace_back(message);
+  };
+  const std::vector<std::byte> file = format::encode(random_asset(1, {}));
+  const nifkit::Device device(config(), &callbacks);
+  nifkit::Scene scene(device);
+  scene.add_asset(nifkit::Asset::load(device, file));
+  machine().fail_allocation = 1;
+  EXPECT_EQ(nifCommitScene(scene.get()), NIF_ERROR_OUT_OF_DEVICE_MEMORY);
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_NE(warnings[0].find("a scene could not be copied to the GPU: memory: "), std::string::npos)
+      << warnings[0];
+  ASSERT_EQ(nifCommitScene(scene.get()), NIF_OK) << nifGetErrorMessage();
+  EXPECT_EQ(warnings.size(), 1u);
+  machine().lost = true;
+  const std::vector<NifRay> rays = some_rays();
+  std::vector<uint8_t> visible(rays.size());
+  const nifkit::Answers answers = nifkit::Answers().visible(visible);
+  EXPECT_THROW(scene.query(nifkit::Rays(rays), answers), nifkit::Error);
+  scene.query(nifkit::Rays(rays), answers);
+  ASSERT_EQ(warnings.size(), 2u);
+  EXPECT_NE(warnings[1].find("lost"), std::string::npos) << warnings[1];
+}
+
+/// A GPU's memory is not the CPU's: what it answers in its place is checked alike.
+TEST_F(GpuFaults, WrongPointersForTheCpu) {
+  const std::vector<NifRay> rays = some_rays();
+  const size_t count = rays.size();
+  TwinScenes twins(config());
+  fill(twins);
+  twins.commit();
+  const CardArray here(machine(), 0, rays.data(), count * sizeof(NifRay));
+  const CardArray there(machine(), 1, nullptr, 64 * count);
+  FirstHits found(count);
+  Answers answers(count);
+  std::vector<uint32_t> listed(count);
+  uint32_t counted = 0;
+  NifAnswers outputs = answers.outputs();
+  NifHits hits = found.outputs();
+  auto open = nifkit::sized<NifOpenRays>();
+  open.capacity = count;
+  open.rays = listed.data();
+  open.count = &counted;
+  const auto nothing = [](void*, uint64_t, const uint64_t*, uint8_t*) {};
+  NifRays query = nifMakeRays(rays.data(), count);
+  const auto expect_all = [&](NifError error, const char* says) {
+    const auto expect = [&](NifError got) {
+      EXPECT_EQ(got, error) << nifGetErrorMessage();
+      if (error != NIF_OK) {
+        EXPECT_NE(std::string(nifGetErrorMessage()).find(says), std::string::npos) << nifGetErrorMessage();
+      }
+    };
+    NifJob job = nullptr;
+    expect(nifQueryWithFallback(twins.gpu(), &query, &outputs, 1, nothing, nullptr));
+    expect(nifQueryOpen(twins.gpu(), &query, &outputs, &open));
+    expect(nifIntersect(twins.gpu(), &query, &hits));
+    expect(nifIntersectAsync(twins.gpu(), &query, &hits, &job));
+    nifReleaseJob(job);
+  };
+  const auto expect_wrong = [&](auto& member, auto* pointer, const char* says) {
+    const auto good = std::exchange(member, pointer);
+    expect_all(NIF_ERROR_WRONG_POINTER, says);
+    member = good;
+  };
+  expect_all(NIF_OK, "");
+  expect_wrong(query.origin[1], &here.as<NifRay>()->origin[1], "rays: origin is memory of a card");
+  expect_wrong(query.direction[2], &here.as<NifRay>()->direction[2], "rays: direction is memory of a card");
+  expect_wrong(query.tmin, &here.as<NifRay>()->tmin, "rays: tmin is");
+  expect_wrong(query.tmax, there.as<float>(), "rays: tmax is");
+  expect_wrong(query.mask, there.as<uint32_t>(), "rays: mask is");
+  const auto refused = [&](NifError got, const char* says) {
+    EXPECT_EQ(got, NIF_ERROR_WRONG_POINTER);
+    EXPECT_NE(std::string(nifGetErrorMessage()).find(says), std::string::npos) << nifGetErrorMessage();
+  };
+  hits.color = there.as<float>();
+  refused(nifIntersect(twins.gpu(), &query, &hits), "hits: color is memory of a card");
+  open.instance = there.as<uint32_t>();
+  refused(nifQueryOpen(twins.gpu(), &query, nullptr, &open), "open: instance is memory of a card");
+  const uint8_t* const visible = std::exchange(outputs.visible, there.as<uint8_t>());
+  refused(nifQueryWithFallback(twins.gpu(), &query, &outputs, 1, nothing, nullptr),
+          "answers: visible is memory of a card");
+  outputs.visible = const_cast<uint8_t*>(visible);
+  uint64_t scratch_bytes = 0;
+  ASSERT_EQ(nifGetQueryScratchBytes(twins.gpu(), count, &scratch_bytes), NIF_OK);
+  const CardArray scratch(machine(), 0, nullptr, scratch_bytes);
+  query.scratch = scratch.as<void>();
+  query.scratch_bytes = scratch_bytes;
+  refused(nifQueryOpen(twins.gpu(), &query, nullptr, &open), "rays: scratch is memory of a card");
+  EXPECT_EQ(nifQuery(twins.gpu(), &query, &outputs), NIF_OK) << "a GPU does not use scratch";
+  query.scratch = nullptr;
+
+  // The scene is not on the GPU; then the GPU is lost, and no driver can tell.
+  for (uint32_t i = 0; i < 100; ++i) twins.add(0, 0, kIdentity);
+  machine().fail_allocation = 1;
+  EXPECT_EQ(nifCommitScene(twins.gpu()), NIF_ERROR_OUT_OF_DEVICE_MEMORY);
+  EXPECT_EQ(nifQuery(twins.gpu(), &query, &outputs), NIF_OK);
+  query.mask = there.as<uint32_t>();
+  refused(nifQuery(twins.gpu(), &query, &outputs), "rays: mask is memory of a card");
+  query.mask = nullptr;
+  open.instance = nullptr;
+  hits.color = found.color.data();
+  machine().lost = true;
+  EXPECT_EQ(nifCommitScene(twins.gpu()), NIF_ERROR_DEVICE_LOST);
+  expect_all(NIF_OK, "");
 }
 
 TEST_F(GpuFaults, QueriesOfNothing) {

@@ -490,7 +490,9 @@ TEST_P(GpuInstances, FarAway) {
   EXPECT_GT(hits_of(expect_twins(far, there)), 100u);
 }
 
-TEST_P(GpuInstances, MasksOfHostMemoryAreTheCpus) {
+/// Masks in host memory, in any layout, go to the GPU with the rays. (First hits, open rays and fallbacks of host
+/// memory are the CPU's.)
+TEST_P(GpuInstances, MasksOfHostMemory) {
   TwinScenes twins(config());
   fill(twins, 28, 9);
   twins.both([](nifkit::Scene& scene) {
@@ -498,30 +500,58 @@ TEST_P(GpuInstances, MasksOfHostMemoryAreTheCpus) {
   });
   twins.commit();
   const std::vector<NifRay> rays = some_rays(29);
-  Masks masks;
-  for (size_t i = 0; i < rays.size(); ++i) masks.values.push_back(uint32_t(i % 8));
-  const uint32_t launches = machine().launches;
-  const Everything expected = ask_cpu(twins.cpu(), rays, masks), got = ask_cpu(twins.gpu(), rays, masks);
-  EXPECT_EQ(got.answers, expected.answers);
-  expect_equal(got, expected);
+  Masks each, apart{{}, 12}, backwards{{}, uint64_t(-4)};
+  for (size_t i = 0; i < rays.size(); ++i) {
+    each.values.push_back(uint32_t(i % 8));
+    apart.values.insert(apart.values.end(), {uint32_t(i % 8), 7, 0});
+  }
+  backwards.values.assign(each.values.rbegin(), each.values.rend());
+  const Everything expected = ask_cpu(twins.cpu(), rays, each);
+  const uint32_t pipelined = machine().pipelined;
+  uint64_t launched = machine().rays_launched;
+  expect_equal(ask_cpu(twins.gpu(), rays, each), expected);
+  EXPECT_EQ(machine().rays_launched, launched + 2 * rays.size()) << "of two queries";
+  expect_equal(ask_cpu(twins.gpu(), rays, apart), expected);
+  for (const uint32_t mask : {5u, 8u})
+    expect_equal(ask_cpu(twins.gpu(), rays, {{mask}, 0}), ask_cpu(twins.cpu(), rays, {{mask}, 0}));
+
   NifRays asked = nifMakeRays(rays.data(), rays.size());
-  masks.put(asked, masks.values.data());
-  Answers later(rays.size());
-  NifAnswers outputs = later.outputs();
+  backwards.put(asked, &backwards.values.back());
+  Answers answers(rays.size());
+  const NifAnswers outputs = answers.outputs();
+  ASSERT_EQ(nifQuery(twins.gpu(), &asked, &outputs), NIF_OK) << nifGetErrorMessage();
+  expect_same(answers, expected.answers);
+  // In a stream, at an odd address, and as a job.
+  std::vector<char> odd(4 * rays.size() + 1);
+  std::memcpy(odd.data() + 1, each.values.data(), 4 * rays.size());
+  each.put(asked, odd.data() + 1);
+  asked.stream = machine().make_stream(card());
+  std::fill(answers.logit.begin(), answers.logit.end(), 7);
+  ASSERT_EQ(nifQuery(twins.gpu(), &asked, &outputs), NIF_OK) << nifGetErrorMessage();
+  expect_same(answers, expected.answers);
+  std::fill(answers.logit.begin(), answers.logit.end(), 7);
+  launched = machine().rays_launched;
   NifJob job = nullptr;
   ASSERT_EQ(nifQueryAsync(twins.gpu(), &asked, &outputs, &job), NIF_OK) << nifGetErrorMessage();
   EXPECT_EQ(nifWaitJob(job), NIF_OK);
   nifReleaseJob(job);
-  EXPECT_EQ(later, expected.answers);
-  asked.stream = machine().make_stream(card());
-  EXPECT_EQ(nifQuery(twins.gpu(), &asked, &outputs), NIF_ERROR_NOT_AVAILABLE);
-  EXPECT_NE(std::string(nifGetErrorMessage()).find("masks"), std::string::npos) << nifGetErrorMessage();
+  expect_same(answers, expected.answers);
+  EXPECT_EQ(machine().rays_launched, launched + rays.size());
   machine().free_stream(asked.stream);
   asked.stream = nullptr;
+  EXPECT_EQ(machine().pipelined, pipelined);
+
+  const auto say_visible = [](void*, uint64_t count, const uint64_t*, uint8_t* visible) {
+    std::fill_n(visible, count, uint8_t{1});
+  };
+  Answers by_fallback(rays.size());
+  const NifAnswers wanted = by_fallback.outputs();
+  ASSERT_EQ(nifQueryWithFallback(twins.gpu(), &asked, &outputs, 2, say_visible, nullptr), NIF_OK);
+  ASSERT_EQ(nifQueryWithFallback(twins.cpu(), &asked, &wanted, 2, say_visible, nullptr), NIF_OK);
+  EXPECT_EQ(answers, by_fallback);
   double seconds;
   EXPECT_EQ(nifMeasureQuery(twins.gpu(), &asked, &outputs, NIF_MEASURE_QUERY, 1, &seconds),
             NIF_ERROR_INVALID_ARGUMENT);
-  EXPECT_EQ(machine().launches, launches);
 }
 
 /// The GPU finishes what it has started.
@@ -564,25 +594,6 @@ TEST_P(GpuInstances, CancelledJobsGoOn) {
   EXPECT_EQ(nifWaitJob(job), NIF_OK) << nifGetErrorMessage();
   nifReleaseJob(job);
   expect_same(answers, query_all(twins.cpu(), rays));
-}
-
-/// The kernels for half precision do not support masks: rays with masks are answered in single precision.
-TEST_F(GpuModuleTest, MasksAreAnsweredInSinglePrecision) {
-  TwinScenes twins(config() + ",precision=half");
-  const uint32_t asset = twins.load(random_asset(32, {.objects = 0, .sphericals = 2}));
-  for (uint32_t i = 0; i < 2; ++i) twins.add(asset, i, kIdentity);
-  twins.commit();
-  Random random(33);
-  const std::vector<NifRay> rays = rays_in_cube(random, 3, 1500);
-  const CardArray masks(machine(), 0, nullptr, 4);
-  *masks.as<uint32_t>() = 1;
-  CardQuery asked(machine(), 0, rays);
-  asked.query.mask = masks.as<uint32_t>();
-  asked.query.stream = machine().make_stream(0);
-  ASSERT_EQ(nifQuery(twins.gpu(), &asked.query, &asked.outputs), NIF_OK) << nifGetErrorMessage();
-  machine().wait_stream(asked.query.stream);
-  machine().free_stream(asked.query.stream);
-  expect_same(asked.answers.get(), query_all(twins.cpu(), rays));
 }
 
 }  // namespace

@@ -311,6 +311,16 @@ TEST_F(GpuWays, PartsOfHostQueries) {
   query_visible_bits(twins.gpu(), rays, bits);
   EXPECT_EQ(machine().allocations, before + 2);
   for (size_t i = 0; i < rays.size(); ++i) ASSERT_EQ(bits[i / 8] >> i % 8 & 1, expected[i]) << i;
+  // The masks of a chunk lie behind its rays.
+  std::vector<uint32_t> masks(262144 + 500, 0);
+  for (size_t i = 0; i < masks.size(); i += 3) masks[i] = 1;
+  NifRays masked = nifMakeRays(rays.data(), masks.size());
+  masked.mask = masks.data();
+  masked.mask_stride = sizeof(masks[0]);
+  auto outputs = nifkit::sized<NifAnswers>();
+  outputs.visible = visible.data();
+  ASSERT_EQ(nifQuery(twins.gpu(), &masked, &outputs), NIF_OK) << nifGetErrorMessage();
+  for (size_t i = 0; i < masks.size(); ++i) ASSERT_EQ(visible[i], i % 3 == 0 ? expected[i] : 1) << i;
 }
 
 /// Half precision affects only `spherical` objects, changes their answers within the bound of the arithmetic,
@@ -349,6 +359,25 @@ TEST_F(GpuWays, HalfPrecision) {
         ASSERT_EQ(query_alone(twins.gpu(), rays[i]), expected.visible[i]);
       }
     }
+}
+
+/// The kernels for half precision do not support masks: rays with masks are answered in single precision.
+TEST_F(GpuModuleTest, MasksAreAnsweredInSinglePrecision) {
+  TwinScenes twins(config() + ",precision=half");
+  const uint32_t asset = twins.load(random_asset(32, {.objects = 0, .sphericals = 2}));
+  for (uint32_t i = 0; i < 2; ++i) twins.add(asset, i, kIdentity);
+  twins.commit();
+  Random random(33);
+  const std::vector<NifRay> rays = rays_in_cube(random, 3, 1500);
+  const CardArray masks(machine(), 0, nullptr, 4);
+  *masks.as<uint32_t>() = 1;
+  CardQuery asked(machine(), 0, rays);
+  asked.query.mask = masks.as<uint32_t>();
+  asked.query.stream = machine().make_stream(0);
+  ASSERT_EQ(nifQuery(twins.gpu(), &asked.query, &asked.outputs), NIF_OK) << nifGetErrorMessage();
+  machine().wait_stream(asked.query.stream);
+  machine().free_stream(asked.query.stream);
+  expect_same(asked.answers.get(), query_all(twins.cpu(), rays));
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 # Proves the GPU kernels on a GPU, and times them. Builds the runtime alone with its GPU module and one program; needs a C++
 # compiler, CMake and what compiles the kernels (nvcc, or clang for AMD), no meshes and no libraries. Compares answers with
 # the scalar reference's on 10^7 rays of each of several sets, runs NVIDIA's memory checker where there is one, then times.
+# The first answers that differ are printed, each with its ray.
 #
 #   tests/gpu/run.sh [--rays N] [--device N] [--emulate] [FILE.nif...]
 #
@@ -49,19 +50,23 @@ ask() {
   if ((${#files[@]})); then
     "$proof" --device "$device" "$@" "${files[@]}"
   else
-    "$proof" --device "$device" "$@" "$root"/tests/golden/*.nif && echo && "$proof" --device "$device" "$@"
+    local failed=0
+    "$proof" --device "$device" "$@" "$root"/tests/golden/*.nif || failed=1
+    echo
+    "$proof" --device "$device" "$@" || failed=1
+    return "$failed"
   fi
 }
 
 status=0
 if ((!emulate)); then
   # A few rays first: they tell whether there is a GPU at all.
-  "$proof" --device "$device" --rays 1000 --rounds 0 >/dev/null || status=$?
+  "$proof" --device "$device" --rays 1000 --rounds 0 >"$out/few.md" || status=$?
   if ((status == 3)); then
     echo 'tests/gpu/run.sh: no GPU here, so an emulated card answers; nothing is timed' >&2
-    emulate=1
+    emulate=1 status=0
   elif ((status != 0)); then
-    "$proof" --device "$device" --rays 1000 --rounds 0 | tail -1 >&2 || true
+    cat "$out/few.md" >&2
   fi
 fi
 if ((emulate)); then
@@ -69,14 +74,15 @@ if ((emulate)); then
   ask --module "$module" --rays "$emulated_rays" --rounds 0 | tee -a "$report"
   exit
 fi
-((status == 0)) || exit 1
 
+# Whatever one step finds, the next ones are run: a GPU may not be at hand again soon.
 if checker=$(command -v compute-sanitizer || ls /usr/local/cuda/bin/compute-sanitizer 2>/dev/null); then
   for tool in memcheck racecheck; do
     # That a pointer is the host's is learned from a call that fails.
     "$checker" --tool "$tool" --report-api-errors no --error-exitcode 9 "$proof" --device "$device" --rays 20000 --rounds 0 >"$out/$tool.log" 2>&1 \
-      || { tail -30 "$out/$tool.log" >&2 && echo "tests/gpu/run.sh: $tool of compute-sanitizer found something" >&2 && exit 1; }
+      || { tail -30 "$out/$tool.log" >&2 && echo "tests/gpu/run.sh: $tool of compute-sanitizer found something" >&2; status=1; continue; }
     printf 'compute-sanitizer --tool %s, 20,000 rays of each set: nothing found.\n\n' "$tool" | tee -a "$report"
   done
 fi
-ask --rays "$rays" | tee -a "$report"
+ask --rays "$rays" | tee -a "$report" || status=1
+exit "$status"

@@ -377,6 +377,7 @@ TEST_F(Assets, EverythingGoesThroughTheAllocator) {
 struct Archive {
   std::vector<std::byte> bytes;
   uint64_t next = 0, fail_at = ~uint64_t{0}, calls = 0;
+  uint32_t failure = 0;  ///< what a failed read returns
 
   NifReader reader() {
     auto reader = nifkit::sized<NifReader>();
@@ -388,7 +389,7 @@ struct Archive {
       EXPECT_EQ(offset, self.next) << "offsets ascend without gaps";
       EXPECT_LE(offset + size, self.bytes.size());
       ++self.calls;
-      if (offset + size > self.fail_at) return 0;
+      if (offset + size > self.fail_at) return self.failure;
       self.next = offset + size;
       std::memcpy(to, self.bytes.data() + offset, size);
       return 1;
@@ -416,7 +417,10 @@ TEST_F(RuntimeTest, ReadersLoadWhatMemoryDoes) {
   };
   for (const uint64_t fail_at : {uint64_t{0}, uint64_t{63}, uint64_t{64}, uint64_t(file_.size() - 1)}) {
     archive.fail_at = fail_at;
-    refused(archive, reader, NIF_ERROR_FILE_UNREADABLE, "rock.pak: the caller's read function failed");
+    for (const uint32_t returned : {0u, 64u, uint32_t(-1)}) {  // like fread() or read()
+      archive.failure = returned;
+      refused(archive, reader, NIF_ERROR_FILE_UNREADABLE, "rock.pak: the caller's read function failed");
+    }
   }
   archive.fail_at = ~uint64_t{0};
   // A wrong size is refused by the header, before memory is allocated.

@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <new>
@@ -75,6 +76,7 @@ NifDeviceCallbacks callbacks() {
     --alive;
     std::free(memory);
   };
+  result.log = [](void*, uint32_t, const char*) {};
   return result;
 }
 
@@ -93,13 +95,21 @@ class Everything {
     call([&] { return nifGetDeviceInfo(device, &device_info); });
     auto backend = nifkit::sized<NifBackendInfo>();
     call([&] { return nifGetBackendInfo(0, &backend); });
-    NifAsset assets[4] = {};
+    NifAsset assets[5] = {};
     call([&] { return nifLoadAssetFile(device, path_.c_str(), NIF_LOAD_COPY, &assets[0]); });
     call([&] { return nifLoadAssetFile(device, path_.c_str(), NIF_LOAD_IN_PLACE, &assets[1]); });
     call([&] { return nifLoadAssetMemory(device, file_.data(), file_.size(), NIF_LOAD_COPY, &assets[2]); });
     call([&] {
       return nifLoadAssetMemory(device, file_.data(), file_.size(), NIF_LOAD_IN_PLACE, &assets[3]);
     });
+    auto reader = nifkit::sized<NifReader>();
+    reader.user = &file_;
+    reader.size = file_.size();
+    reader.read = [](void* user, uint64_t offset, void* to, uint64_t size) -> uint32_t {
+      std::memcpy(to, static_cast<std::span<const std::byte>*>(user)->data() + offset, size);
+      return 1;
+    };
+    call([&] { return nifLoadAssetReader(device, &reader, &assets[4]); });
     auto asset_info = nifkit::sized<NifAssetInfo>();
     call([&] { return nifGetAssetInfo(assets[0], &asset_info); });
     auto object = nifkit::sized<NifObjectInfo>();
@@ -114,6 +124,21 @@ class Everything {
     call([&] { return nifAddInstance(scene, assets[0], 0, kIdentity.data(), &instance); });
     call([&] { return nifCommitScene(scene); });
     call([&] { return nifSetInstanceTransform(scene, instance, kIdentity.data()); });
+    call([&] { return nifCommitScene(scene); });
+    constexpr double kOrigin[3] = {1e7, 0, 0};
+    call([&] { return nifSetSceneOrigin(scene, kOrigin); });
+    call([&] { return nifSetInstanceOrigin(scene, instance, kOrigin); });
+    call([&] { return nifSetInstanceTransforms(scene, 1, &instance, kIdentity.data(), 0); });
+    call([&] { return nifSetInstanceMask(scene, instance, 0); });
+    call([&] { return nifSetInstanceUser(scene, instance, 1); });
+    call([&] { return nifCommitScene(scene); });
+    call([&] { return nifSetInstanceMask(scene, instance, 1); });
+    call([&] { return nifSetInstanceFlags(scene, instance, NIF_INSTANCE_DISABLED); });
+    call([&] { return nifSetInstanceFlags(scene, instance, 0); });
+    auto instance_info = nifkit::sized<NifInstanceInfo>();
+    call([&] { return nifGetInstanceInfo(scene, instance, &instance_info); });
+    call([&] { return nifRemoveInstance(scene, instance); });
+    call([&] { return nifSetSceneOrigin(scene, nullptr); });
     call([&] { return nifCommitScene(scene); });
     auto scene_info = nifkit::sized<NifSceneInfo>();
     call([&] { return nifGetSceneInfo(scene, &scene_info); });
@@ -142,12 +167,14 @@ class Everything {
     hits.struct_size = sizeof(hits);
     hits.t = t.data();
     call([&] { return nifIntersect(scene, &places, &hits); });
+    call([&] { return nifIntersectRay(scene, rays_.data(), &hits); });
     NifJob jobs[2] = {};
     call([&] { return nifQueryAsync(scene, &query, &outputs, &jobs[0]); });
     call([&] { return nifWaitJob(jobs[0]); });
     call([&] { return nifIntersectAsync(scene, &places, &hits, &jobs[1]); });
     uint32_t done = 0;
     call([&] { return nifIsJobDone(jobs[1], &done); });
+    call([&] { return nifCancelJob(jobs[0]); });
     call([&] { return nifWaitJob(jobs[1]); });
     nifReleaseDevice(device);
     for (const NifAsset asset : assets) nifReleaseAsset(asset);

@@ -350,7 +350,7 @@ NifError nifQuery(NifScene scene, const NifRays* rays, const NifAnswers* answers
     auto& the_scene = get(scene);
     const Request request = read_query(the_scene, rays, answers);
     if (!answered_by_gpu(the_scene, request.rays)) {
-      check_scratch(request.rays);
+      check_on_cpu(the_scene, request);
       answer(the_scene, request);
     } else if (request.rays.count != 0) {
       the_scene.device->gpu->query(the_scene, request.rays, request.answers);
@@ -380,7 +380,7 @@ NifError nifQueryWithFallback(NifScene scene, const NifRays* rays, const NifAnsw
     if (request.rays.memory == NIF_MEMORY_DEVICE || request.rays.stream)
       throw Failure(NIF_ERROR_NOT_AVAILABLE,
                     "rays: a fallback runs on the CPU, so it needs host memory and no stream");
-    check_scratch(request.rays);
+    check_on_cpu(the_scene, request);
     answer(the_scene, request);
   });
 }
@@ -396,7 +396,7 @@ NifError nifQueryOpen(NifScene scene, const NifRays* rays, const NifAnswers* ans
     check_open_query(the_scene, request.rays, *request.open);
     if (request.rays.memory == NIF_MEMORY_DEVICE)
       return the_scene.device->gpu->query_open(the_scene, request.rays, request.answers, *request.open);
-    check_scratch(request.rays);
+    check_on_cpu(the_scene, request);
     *request.open->count = 0;
     answer(the_scene, request);
   });
@@ -407,7 +407,7 @@ NifError nifIntersect(NifScene scene, const NifRays* rays, const NifHits* hits) 
     auto& the_scene = get(scene);
     const Request request = read_hit_query(the_scene, rays, hits);
     if (request.rays.memory == NIF_MEMORY_HOST) {
-      check_scratch(request.rays);
+      check_on_cpu(the_scene, request);
       answer(the_scene, request);
     } else if (request.rays.count != 0) {
       the_scene.device->gpu->intersect(the_scene, request.rays, *request.hits);

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory_resource>
+#include <new>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -61,10 +62,15 @@ struct NifDeviceObject : nif::runtime::Object {
     configuration.module = {};
   }
 
-  /// Writes to the caller's log, if there is one. Only then is `sentence()` called, to make the text.
+  /// Writes to the caller's log, if there is one. Only then is `sentence()` called, to make the text. Without
+  /// memory for it the log lacks a sentence: what was done stays done.
   template <class Sentence>
-  void log(NifLogLevel level, const Sentence& sentence) const {
-    if (own_callbacks.log) own_callbacks.log(own_callbacks.user, level, std::string(sentence()).c_str());
+  void log(NifLogLevel level, const Sentence& sentence) const noexcept {
+    if (own_callbacks.log == nullptr) return;
+    try {
+      own_callbacks.log(own_callbacks.user, level, std::string(sentence()).c_str());
+    } catch (const std::bad_alloc&) {
+    }
   }
 
   std::pmr::memory_resource* memory() {

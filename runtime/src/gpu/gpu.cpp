@@ -21,9 +21,13 @@ void set_text(GpuMessage& message, std::string_view text) {
 
 }  // namespace
 
-void Gpu::check(NifError code, const GpuMessage& message) {
+void Gpu::lose(const NifDeviceObject& device, const GpuMessage& message) {
+  if (!lost_.exchange(true)) device.log(NIF_LOG_WARNING, [&] { return message.text; });
+}
+
+void Gpu::check(const NifDeviceObject& device, NifError code, const GpuMessage& message) {
   if (code == NIF_OK) return;
-  if (code == NIF_ERROR_DEVICE_LOST) lost_ = true;
+  if (code == NIF_ERROR_DEVICE_LOST) lose(device, message);
   throw Failure(code, message.text);
 }
 
@@ -31,22 +35,25 @@ Gpu::Gpu(std::string_view module, std::string_view backend, std::optional<uint32
          const GpuSettings& settings)
     : module_(load_gpu_module(module)) {
   GpuMessage message;
+  const auto check = [&](NifError code) {
+    if (code != NIF_OK) throw Failure(code, message.text);
+  };
   const auto fits = [&] { return backend == "gpu" || backend == card_.backend; };
   uint32_t card = number.value_or(0);
-  check(module_.describe_card(card, &card_, &message), message);
+  check(module_.describe_card(card, &card_, &message));
   if (!number && !fits()) {
     const uint32_t count = module_.count_cards(&message);
     do {
       if (++card >= count)
         throw Failure(NIF_ERROR_NOT_AVAILABLE, "there is no card of " + std::string(backend));
-      check(module_.describe_card(card, &card_, &message), message);
+      check(module_.describe_card(card, &card_, &message));
     } while (!fits());
   }
   if (!fits())
     throw Failure(NIF_ERROR_NOT_AVAILABLE, "card " + std::to_string(card) + " (" + card_.name +
                                                ") is one of " + card_.backend + ", not of " +
                                                std::string(backend));
-  check(module_.open_device(card, &settings, &device_, &message), message);
+  check(module_.open_device(card, &settings, &device_, &message));
 }
 
 void Gpu::upload(NifAssetObject& asset) {
@@ -65,7 +72,7 @@ void Gpu::upload(NifAssetObject& asset) {
                                              uint32_t(objects.size()), &asset.on_gpu, &bytes, &message);
   asset.gpu_bytes = bytes;
   if (code != NIF_OK) set_text(message, std::string(asset.name) + ": " + message.text);
-  check(code, message);
+  check(*asset.device.get(), code, message);
 }
 
 void Gpu::upload(NifSceneObject& scene) {
@@ -91,7 +98,7 @@ void Gpu::upload(NifSceneObject& scene) {
                           scene.sole,
                           scene.unproven};
   GpuMessage message;
-  check(module_.upload_scene(device_, &view, &scene.on_gpu, &message), message);
+  check(*scene.device.get(), module_.upload_scene(device_, &view, &scene.on_gpu, &message), message);
   scene.ready_on_gpu = true;
 }
 
@@ -100,18 +107,30 @@ void Gpu::free(NifSceneObject& scene) noexcept { module_.free_scene(device_, sce
 
 void Gpu::query(NifSceneObject& scene, const NifRays& rays, const NifAnswers& answers) {
   GpuMessage message;
-  check(module_.query(device_, scene.on_gpu, &rays, &answers, &message), message);
+  check(*scene.device.get(), module_.query(device_, scene.on_gpu, &rays, &answers, &message), message);
 }
 
 void Gpu::query_open(NifSceneObject& scene, const NifRays& rays, const NifAnswers& answers,
                      const NifOpenRays& open) {
   GpuMessage message;
-  check(module_.query_open(device_, scene.on_gpu, &rays, &answers, &open, &message), message);
+  check(*scene.device.get(), module_.query_open(device_, scene.on_gpu, &rays, &answers, &open, &message),
+        message);
 }
 
 void Gpu::intersect(NifSceneObject& scene, const NifRays& rays, const NifHits& hits) {
   GpuMessage message;
-  check(module_.intersect(device_, scene.on_gpu, &rays, &hits, &message), message);
+  check(*scene.device.get(), module_.intersect(device_, scene.on_gpu, &rays, &hits, &message), message);
+}
+
+void Gpu::check_host_query(const NifDeviceObject& device, const Request& request) {
+  if (lost_) return;
+  GpuMessage message;
+  const NifError code = module_.check_host_query(device_, &request.rays, &request.answers,
+                                                 request.open ? &*request.open : nullptr,
+                                                 request.hits ? &*request.hits : nullptr, &message);
+  if (code == NIF_ERROR_DEVICE_LOST) lose(device, message);
+  // The CPU needs no working GPU.
+  if (code == NIF_ERROR_WRONG_POINTER) throw Failure(code, message.text);
 }
 
 static_assert(uint32_t(GpuMeasure::single_bvh) == NIF_MEASURE_SINGLE_BVH &&
@@ -120,13 +139,15 @@ static_assert(uint32_t(GpuMeasure::single_bvh) == NIF_MEASURE_SINGLE_BVH &&
 void Gpu::measure(NifSceneObject& scene, const NifRays& rays, const NifAnswers& answers, GpuMeasure measure,
                   uint32_t rounds, double* seconds) {
   GpuMessage message;
-  check(module_.measure_query(device_, scene.on_gpu, &rays, &answers, measure, rounds, seconds, &message),
+  check(*scene.device.get(),
+        module_.measure_query(device_, scene.on_gpu, &rays, &answers, measure, rounds, seconds, &message),
         message);
 }
 
 void Gpu::start(NifSceneObject& scene, const Request& request, NifJobObject& job) {
   GpuMessage message;
-  check(module_.start_query(device_, scene.on_gpu, &request.rays, &request.answers,
+  check(*scene.device.get(),
+        module_.start_query(device_, scene.on_gpu, &request.rays, &request.answers,
                             request.hits ? &*request.hits : nullptr, &job.on_gpu, &message),
         message);
 }
@@ -135,7 +156,7 @@ void Gpu::wait(NifJobObject& job) {
   GpuMessage message;
   const NifError code = module_.wait_job(device_, job.on_gpu, &message);
   job.done = job.batches;  // done even after an error: nothing is left to wait for
-  check(code, message);
+  check(*job.device, code, message);
 }
 
 void Gpu::poll(NifJobObject& job) {
@@ -143,7 +164,7 @@ void Gpu::poll(NifJobObject& job) {
   uint32_t done = 0;
   const NifError code = module_.is_job_done(device_, job.on_gpu, &done, &message);
   if (done || code != NIF_OK) job.done = job.batches;
-  check(code, message);
+  check(*job.device, code, message);
 }
 
 void Gpu::let_go(NifJobObject& job) noexcept {

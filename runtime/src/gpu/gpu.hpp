@@ -12,6 +12,7 @@
 #include "nif/nif.h"
 
 struct NifAssetObject;
+struct NifDeviceObject;
 struct NifJobObject;
 struct NifSceneObject;
 
@@ -44,6 +45,8 @@ class Gpu {
   void query_open(NifSceneObject& scene, const NifRays& rays, const NifAnswers& answers,
                   const NifOpenRays& open);
   void intersect(NifSceneObject& scene, const NifRays& rays, const NifHits& hits);
+  /// Checks the arrays of a query in host memory that the CPU answers; if the GPU is lost, nothing.
+  void check_host_query(const NifDeviceObject& device, const Request& request);
   void measure(NifSceneObject& scene, const NifRays& rays, const NifAnswers& answers, GpuMeasure measure,
                uint32_t rounds, double* seconds);
 
@@ -55,7 +58,8 @@ class Gpu {
   void let_go(NifJobObject& job) noexcept;
 
  private:
-  void check(NifError code, const GpuMessage& message);
+  void check(const NifDeviceObject& device, NifError code, const GpuMessage& message);
+  void lose(const NifDeviceObject& device, const GpuMessage& message);
 
   const GpuModule& module_;
   GpuDevice* device_ = nullptr;

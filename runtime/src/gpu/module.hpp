@@ -122,6 +122,10 @@ struct GpuModule {
   /// Finds the first hits of rays in device memory as nifIntersect does, likewise.
   NifError (*intersect)(GpuDevice* device, GpuScene* scene, const NifRays* rays, const NifHits* hits,
                         GpuMessage* message);
+  /// Checks the arrays, and the scratch, of a query in host memory that the CPU answers: none may be memory of
+  /// a card alone. `open` and `hits` may be null.
+  NifError (*check_host_query)(GpuDevice* device, const NifRays* rays, const NifAnswers* answers,
+                               const NifOpenRays* open, const NifHits* hits, GpuMessage* message);
   /// Copies a query in host memory to the device, answers it once and then `rounds` times, and measures how
   /// long each round took on the device: seconds[rounds], or [rounds][kMeasuredStages] for stages.
   NifError (*measure_query)(GpuDevice* device, GpuScene* scene, const NifRays* rays,

@@ -109,6 +109,7 @@ uintptr_t start_job(NifSceneObject& scene, Request request) {
     device.gpu->query(scene, request.rays, request.answers);
     request.rays.count = 0;  // nothing is left to do
   }
+  if (!on_gpu) check_on_cpu(scene, request);
   const uint32_t threads = device.configuration.threads;
   if (threads > 1) request.batch_rays = batch_size(request.rays.count, threads);
   auto* job = create<NifJobObject>(device.memory());

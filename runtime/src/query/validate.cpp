@@ -13,7 +13,7 @@ uint64_t scratch_bytes(uint64_t count) { return count == 0 ? 0 : sizeof(WorkArea
 
 bool answered_by_gpu(const NifSceneObject& scene, const NifRays& rays) {
   const std::optional<Gpu>& gpu = scene.device->gpu;
-  return gpu && (rays.memory == NIF_MEMORY_DEVICE || (scene.ready_on_gpu && !gpu->lost() && !rays.mask));
+  return gpu && (rays.memory == NIF_MEMORY_DEVICE || (scene.ready_on_gpu && !gpu->lost()));
 }
 
 namespace {
@@ -52,7 +52,6 @@ void refuse_stream_of_host(const NifRays& rays, const char* what) {
 
 void check_query(const NifSceneObject& scene, const NifRays& rays, const NifAnswers& answers) {
   check_rays(scene, rays);
-  if (rays.memory == NIF_MEMORY_HOST && rays.mask) refuse_stream_of_host(rays, "answers rays with masks");
   if (rays.count == 0) return;
   bool any = false;
   visit_outputs([&](const OutputArray&, const auto* array) { any = any || array; }, answers);
@@ -79,13 +78,15 @@ void check_hit_query(const NifSceneObject& scene, const NifRays& rays, const Nif
   if (!any) refuse_argument("hits: all outputs are null");
 }
 
-void check_scratch(const NifRays& rays) {
+void check_on_cpu(const NifSceneObject& scene, const Request& request) {
+  const NifRays& rays = request.rays;
   if (rays.count == 0) return;
   if (rays.scratch && reinterpret_cast<uintptr_t>(rays.scratch) % alignof(WorkArea) != 0)
     refuse_argument("rays: scratch is not aligned to 64 bytes");
   if (rays.scratch && rays.scratch_bytes < sizeof(WorkArea))
     refuse_argument("rays: scratch has " + std::to_string(rays.scratch_bytes) + " bytes, but needs " +
                     std::to_string(sizeof(WorkArea)));
+  if (scene.device->gpu) scene.device->gpu->check_host_query(*scene.device.get(), request);
 }
 
 }  // namespace nif::runtime

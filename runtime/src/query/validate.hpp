@@ -1,6 +1,7 @@
 // Checks the caller's description of a query, so that the code behind it can rely on it.
 #pragma once
 
+#include "query/request.hpp"
 #include "scene/scene.hpp"
 
 namespace nif::runtime {
@@ -17,7 +18,7 @@ void check_query(const NifSceneObject& scene, const NifRays& rays, const NifAnsw
 void check_open_query(const NifSceneObject& scene, const NifRays& rays, const NifOpenRays& open);
 /// The same for a query for first hits.
 void check_hit_query(const NifSceneObject& scene, const NifRays& rays, const NifHits& hits);
-/// The same for the scratch, which only the CPU uses.
-void check_scratch(const NifRays& rays);
+/// The same for what only the CPU uses: the scratch, and arrays that must be host memory.
+void check_on_cpu(const NifSceneObject& scene, const Request& request);
 
 }  // namespace nif::runtime

@@ -67,7 +67,8 @@ NifAssetObject* load_reader(NifDeviceObject* device, const NifReader& reader) {
   const char* name = reader.name ? reader.name : "reader";
   if (reader.read == nullptr) refuse_argument(std::string(name) + ": read is null");
   const auto read = [&](uint64_t offset, void* to, uint64_t size) {
-    if (size != 0 && !reader.read(reader.user, offset, to, size))
+    // Any other value is a failure: a function may return -1, or how many bytes it could read.
+    if (size != 0 && reader.read(reader.user, offset, to, size) != 1)
       throw Failure(
           NIF_ERROR_FILE_UNREADABLE,
           std::string(name) + ": the caller's read function failed at byte " + std::to_string(offset));

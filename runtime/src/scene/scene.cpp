@@ -186,7 +186,6 @@ void move_instances(NifSceneObject& scene) {
 
 /// Releases assets that no instance uses any more.
 void drop_unused_assets(NifSceneObject& scene) {
-  scene.has_removed = false;
   std::pmr::vector<bool> used(scene.objects.size(), false, scene.device->memory());
   for (size_t i = 0; i < scene.instances.size(); ++i)
     if (scene.settings[i].exists) used[scene.instances[i].object] = true;
@@ -206,6 +205,7 @@ void drop_unused_assets(NifSceneObject& scene) {
     }
   }
   // Nothing fails from here on.
+  scene.has_removed = false;
   if (kept.size() == scene.assets.size()) return;
   for (size_t i = 0; i < scene.instances.size(); ++i)
     scene.instances[i].object = renumbered[scene.instances[i].object] & (kMaxPlacedObjects - 1);
@@ -416,7 +416,16 @@ NifInstanceInfo describe_instance(const NifSceneObject& scene, uint32_t instance
 void commit(NifSceneObject& scene) {
   std::optional<Gpu>& gpu = scene.device->gpu;
   if (!scene.committed) commit_instances(scene);
-  if (gpu && !scene.ready_on_gpu) gpu->upload(scene);
+  if (gpu && !scene.ready_on_gpu) {
+    try {
+      gpu->upload(scene);
+    } catch (const std::exception& error) {
+      scene.device->log(NIF_LOG_WARNING, [&] {
+        return std::string("a scene could not be copied to the GPU: ") + error.what();
+      });
+      throw;
+    }
+  }
   scene.dropped.clear();
 }
 

@@ -1,7 +1,8 @@
 // Checks a GPU's answers, and times them: queries each asset's objects one by one and all together as a
-// crowd, with rays of several sets, by the scalar reference on the CPU and by the GPU: nifQuery, nifQueryOpen
-// and nifIntersect, and compares each answer. Prints a table in Markdown. Ends with 1 if any answer differs,
-// with 3 if there is no GPU. tests/gpu/run.sh builds it.
+// crowd, then the objects of all assets in one scene whose instances are masked, disabled, removed, moved and
+// far away. Rays of several sets go to the scalar reference on the CPU and to the GPU: nifQuery, nifQueryOpen
+// and nifIntersect, and each answer is compared. Prints a table in Markdown, and the first answers that differ
+// to standard error. Ends with 1 if any answer differs, with 3 if there is no GPU. tests/gpu/run.sh builds it.
 //
 //   gpu_proof [--rays N] [--rounds N] [--device N] [--module FILE] [FILE.nif...]
 //
@@ -21,8 +22,8 @@
 #include "formats/base/status.hpp"
 #include "formats/nif/file_memory.hpp"
 #include "formats/nif/writer.hpp"
+#include "outputs.hpp"
 #include "ray_sets.hpp"
-#include "tests/support/first_hits.hpp"
 #include "tests/support/random_asset.hpp"
 
 namespace nif::test {
@@ -39,64 +40,6 @@ struct Options {
   std::vector<std::string> files;
 };
 
-/// All outputs.
-struct Outputs {
-  std::vector<uint8_t> visible, bits, certain;
-  std::vector<float> probability;
-  std::vector<int32_t> logit;
-
-  explicit Outputs(size_t count)
-      : visible(count), bits((count + 7) / 8), certain(count), probability(count), logit(count) {}
-  nifkit::Answers answers() {
-    return nifkit::Answers()
-        .visible(visible)
-        .visible_bits(bits)
-        .probability(probability)
-        .certain(certain)
-        .logit(logit);
-  }
-};
-
-/// Counts rays with any differing output: in any bit, or for probabilities in more than their last bits.
-uint64_t count_different(const Outputs& a, const Outputs& b) {
-  uint64_t different = 0;
-  for (size_t i = 0; i < a.visible.size(); ++i) {
-    const float p = a.probability[i], q = b.probability[i];
-    const bool near = q == 0 ? p == 0 : std::fabs(p / q - 1) < 1e-6f;
-    different += a.visible[i] != b.visible[i] || a.certain[i] != b.certain[i] || a.logit[i] != b.logit[i] ||
-                 (a.bits[i / 8] >> i % 8 & 1) != b.visible[i] || !near;
-  }
-  return different;
-}
-
-/// The result of nifQueryOpen, with its lists sorted by ray, so that their order does not matter.
-struct OpenOutputs : Outputs {
-  using Outputs::Outputs;
-  uint32_t count = 0;
-  std::vector<uint32_t> listed;   ///< of each ray: how often the list has it
-  std::vector<float> tmin, tmax;  ///< of each ray, 0 where it is not in the list
-
-  void take(const std::vector<uint32_t>& rays, const std::vector<float>& from, const std::vector<float>& to) {
-    listed.assign(visible.size(), 0);
-    tmin.assign(visible.size(), 0);
-    tmax.assign(visible.size(), 0);
-    for (size_t k = 0; k < std::min<size_t>(count, rays.size()); ++k) {
-      if (rays[k] >= visible.size()) continue;  // then the counts of the others tell
-      ++listed[rays[k]];
-      tmin[rays[k]] = from[k];
-      tmax[rays[k]] = to[k];
-    }
-  }
-};
-
-uint64_t count_different(const OpenOutputs& a, const OpenOutputs& b) {
-  uint64_t different = count_different(static_cast<const Outputs&>(a), static_cast<const Outputs&>(b));
-  for (size_t i = 0; i < a.listed.size(); ++i)
-    different += a.listed[i] != b.listed[i] || std::memcmp(&a.tmin[i], &b.tmin[i], sizeof(float)) != 0 ||
-                 std::memcmp(&a.tmax[i], &b.tmax[i], sizeof(float)) != 0;
-  return different + (a.count != b.count);
-}
-
 double median(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   return values[values.size() / 2];
@@ -108,6 +51,18 @@ struct Scenes {
       : of{nifkit::Scene(devices[0]), nifkit::Scene(devices[1]), nifkit::Scene(devices[2])} {}
   nifkit::Scene of[3];
 };
+
+/// What rays are asked about, besides the scene.
+enum class Masked { no, each };
+
+/// Of ray i: none, some and all bits.
+uint32_t mask_of(uint64_t i) {
+  constexpr uint32_t kMasks[] = {0xffffffff, 1, 2, 4, 0x80000000, 3, 0, 5};
+  return kMasks[(i * 0x9e3779b97f4a7c15u) >> 61];
+}
+
+/// All 64 bits differ from instance to instance.
+uint64_t user_of(uint32_t instance) { return (instance + 1) * 0x9e3779b97f4a7c15u; }
 
 /// A crowd of an asset's objects: turned, mirrored, stretched, one in another.
 nifkit::Transform placed(uint32_t i, double size) {
@@ -136,7 +91,7 @@ class Proof {
   const std::string& stages() const { return stages_; }
 
   void add_asset(const std::string& name, std::span<const std::byte> file) {
-    std::vector<nifkit::Asset> assets;
+    std::vector<nifkit::Asset>& assets = assets_.emplace_back();
     for (const nifkit::Device& device : devices_) assets.push_back(nifkit::Asset::load(device, file));
     const uint32_t count = assets[0].info().object_count;
     double size = 0;
@@ -157,8 +112,108 @@ class Proof {
     ask(name + ": " + std::to_string(members) + " instances", crowd);
   }
 
+  /// The objects of all assets, three of each, in one scene: as they are added, after every change that a scene
+  /// can go through, with masks of rays, and with one instance left.
+  void ask_mixed() {
+    Scenes mixed(devices_);
+    std::vector<std::pair<size_t, uint32_t>> objects;
+    for (size_t asset = 0; asset < assets_.size(); ++asset)
+      for (uint32_t object = 0; object < assets_[asset][0].info().object_count; ++object)
+        objects.push_back({asset, object});
+    const auto count = std::max(24u, uint32_t(3 * objects.size()));
+    const auto add = [&](nifkit::Scene& scene, size_t d, uint32_t i) {
+      const auto [asset, object] = objects[i % objects.size()];
+      return scene.add_instance(assets_[asset][d], object, placed_alike(assets_[asset][0].object(object), i));
+    };
+    const auto change = [&](const auto& by) {
+      for (size_t d = 0; d < 3; ++d) by(mixed.of[d], d);
+    };
+    change([&](nifkit::Scene& scene, size_t d) {
+      for (uint32_t i = 0; i < count; ++i) {
+        add(scene, d, i);
+        scene.set_instance_user(i, user_of(i));
+        scene.set_instance_mask(i, i % 4 == 0 ? 0xffffffff : 1u << i % 3);
+        scene.set_instance_flags(i, i % 7 == 3 ? uint32_t(NIF_INSTANCE_DISABLED) : 0);
+      }
+    });
+    ask("mixed: " + std::to_string(count) + " instances", mixed);
+
+    // Every fifth is removed, and half as many are added, which take the lowest of these numbers. Others are
+    // enabled, disabled, hidden and moved; all are 10,000 km away.
+    const uint32_t again = (count + 9) / 10;
+    const auto exists = [&](uint32_t i) { return i % 5 != 0 || i < 5 * again; };
+    constexpr std::array<double, 3> kFar = {1e7 + 1e-4, -1e7, 3e6 + 0.3};
+    change([&](nifkit::Scene& scene, size_t d) {
+      for (uint32_t i = 0; i < count; i += 5) scene.remove_instance(i);
+      for (uint32_t i = 0; i < again; ++i) scene.set_instance_user(add(scene, d, i), ~user_of(i));
+      for (uint32_t i = 3; i < count; i += 14)
+        if (i % 5 != 0) scene.set_instance_flags(i, 0);
+      for (uint32_t i = 11; i < count; i += 20) scene.set_instance_flags(i, NIF_INSTANCE_DISABLED);
+      for (uint32_t i = 12; i < count; i += 20) scene.set_instance_mask(i, 0);
+      std::vector<uint32_t> moved;
+      std::vector<nifkit::Transform> transforms;
+      for (uint32_t i = 1; i < count; i += 10) {
+        const auto [asset, object] = objects[i % objects.size()];
+        moved.push_back(i);
+        transforms.push_back(placed_alike(assets_[asset][0].object(object), i + 2));
+      }
+      scene.set_instance_transforms(moved, transforms);
+      scene.set_origin(kFar);
+      for (uint32_t i = 0; i < count; ++i)
+        if (exists(i)) scene.set_instance_origin(i, {kFar[0] + 1e-3 * i, kFar[1], kFar[2] - 0.01 * (i % 3)});
+    });
+    ask("mixed, changed", mixed);
+    ask("mixed, changed, masks", mixed, Masked::each);
+
+    change([&](nifkit::Scene& scene, size_t) {
+      for (uint32_t i = 0; i < count; ++i)
+        if (exists(i) && i != 1) scene.set_instance_flags(i, NIF_INSTANCE_DISABLED);
+    });
+    ask("mixed, one left, masks", mixed, Masked::each);
+  }
+
  private:
-  void ask(const std::string& name, Scenes& scenes) {
+  /// placed(), of objects that are made alike large and lie around 0 first.
+  static nifkit::Transform placed_alike(const NifObjectInfo& object, uint32_t i) {
+    nifkit::Transform place = placed(i, 1);
+    double size = 0;
+    for (int a = 0; a < 3; ++a) size = std::max(size, double(object.bounds_max[a]) - object.bounds_min[a]);
+    for (size_t row = 0; row < 3; ++row)
+      for (size_t a = 0; a < 3; ++a) {
+        const double scaled = place[4 * row + a] / size;
+        place[4 * row + 3] -= float(scaled * 0.5 * (double(object.bounds_min[a]) + object.bounds_max[a]));
+        place[4 * row + a] = float(scaled);
+      }
+    return place;
+  }
+
+  /// Counts the rays that differ, and prints the first few.
+  template <class Some, class Differ>
+  uint64_t count_different(const char* call, const Some& got, const Some& expected, size_t count,
+                           const Differ& differs) {
+    uint64_t different = 0;
+    for (size_t i = 0; i < count; ++i) {
+      if (!differs(got, expected, i) || ++different > 3 || printed_++ > 50) continue;
+      const NifRay& ray = now_.rays[i];
+      std::fprintf(
+          stderr,
+          "%s, %s: ray %llu (from %.9g %.9g %.9g, direction %.9g %.9g %.9g, t %.9g to %.9g, mask %x):\n"
+          "  GPU: %s\n  CPU: %s\n",
+          now_.what.c_str(), call, static_cast<unsigned long long>(now_.first + i), double(ray.origin[0]),
+          double(ray.origin[1]), double(ray.origin[2]), double(ray.direction[0]), double(ray.direction[1]),
+          double(ray.direction[2]), double(ray.tmin), double(ray.tmax),
+          now_.masks.empty() ? 0xffffffffu : now_.masks[i], describe(got, i).c_str(),
+          describe(expected, i).c_str());
+    }
+    return different;
+  }
+  template <class Some>
+  uint64_t count_different(const char* call, const Some& got, const Some& expected, size_t count) {
+    return count_different(call, got, expected, count,
+                           [](const Some& a, const Some& b, size_t i) { return differ(a, b, i); });
+  }
+
+  void ask(const std::string& name, Scenes& scenes, Masked masked = Masked::no) {
     for (nifkit::Scene& scene : scenes.of) scene.commit();
     const NifSceneInfo info = scenes.of[0].info();
     for (const BoxRays set : kBoxRays) {
@@ -167,24 +222,21 @@ class Proof {
       std::vector<NifRay> ambiguous;
       for (uint64_t first = 0; first < options_.rays; first += kBatch) {
         const uint64_t count = std::min(kBatch, options_.rays - first);
-        const std::vector<NifRay> rays =
-            make_rays(set, info.bounds_min, info.bounds_max, 1, first, count, options_.rays);
-        Outputs expected(count), copied(count);
-        scenes.of[0].query(nifkit::Rays(rays), expected.answers());
-        scenes.of[2].query(nifkit::Rays(rays), copied.answers());
-        different += count_different(copied, expected);
-        // And by memory of the card, in a stream, by either way.
-        for (const NifMeasure way : {NIF_MEASURE_ONE_KERNEL, NIF_MEASURE_PIPELINE}) {
-          Outputs there(count);
-          double once;
-          measure(scenes, rays, there.answers(), way, 1, &once);
-          different += count_different(there, expected);
-        }
-        different_open += compare_open(scenes, rays, first == 0 ? &open : nullptr);
-        different_hits += compare_hits(scenes, rays, first == 0 ? &hits : nullptr);
-        if (first == 0) time(scenes, rays, pipeline, one_kernel, cpu);
-        for (size_t i = 0; i < count && ambiguous.size() < kBatch; ++i)
-          if (!expected.certain[i]) ambiguous.push_back(rays[i]);
+        now_ = {name + ", " + name_of(set),
+                first,
+                make_rays(set, info.bounds_min, info.bounds_max, 1, first, count, options_.rays),
+                {}};
+        if (masked == Masked::each)
+          for (uint64_t i = 0; i < count; ++i) now_.masks.push_back(mask_of(first + i));
+        Outputs expected(count);
+        scenes.of[0].query(rays_now(), expected.answers());
+        different +=
+            compare_answers(scenes, expected, first == 0 && masked == Masked::each ? &one_kernel : nullptr);
+        different_open += compare_open(scenes, first == 0 ? &open : nullptr);
+        different_hits += compare_hits(scenes, first == 0 ? &hits : nullptr);
+        if (first == 0) time(scenes, pipeline, one_kernel, cpu);
+        for (size_t i = 0; i < count && ambiguous.size() < kBatch && masked == Masked::no; ++i)
+          if (!expected.certain[i]) ambiguous.push_back(now_.rays[i]);
       }
       different_ += different + different_open + different_hits;
       std::printf("| %s | %s | %llu |", name.c_str(), name_of(set),
@@ -194,7 +246,10 @@ class Proof {
       if (options_.rounds > 0) {
         const double rays = double(std::min(kBatch, options_.rays)) * 1e-6;
         for (const auto* seconds : {&pipeline, &one_kernel, &open, &hits, &cpu})
-          std::printf(" %.1f |", rays / median(*seconds));
+          if (seconds->empty())
+            std::printf(" - |");
+          else
+            std::printf(" %.1f |", rays / median(*seconds));
         time_stages(name + " | " + name_of(set), scenes, ambiguous);
       }
       std::printf("\n");
@@ -215,57 +270,118 @@ class Proof {
     }
   }
 
-  /// Of memory of the card that the program has from the driver. Returns how many answers differ.
-  uint64_t compare_open(Scenes& scenes, const std::vector<NifRay>& rays, std::vector<double>* seconds) {
-    const size_t count = rays.size();
-    std::vector<uint32_t> numbers(count), counted;
+  nifkit::Rays rays_now() const {
+    nifkit::Rays rays(now_.rays);
+    if (!now_.masks.empty()) rays.masks(now_.masks);
+    return rays;
+  }
+  /// The same in memory of the card that the program has from the driver, and in its stream.
+  NifRays rays_there(CardArrays& arrays) const {
+    NifRays rays = nifMakeRays(arrays.copy(now_.rays), now_.rays.size());
+    if (!now_.masks.empty()) {  // at an odd address
+      std::vector<char> odd(1 + now_.masks.size() * sizeof(uint32_t));
+      std::memcpy(odd.data() + 1, now_.masks.data(), odd.size() - 1);
+      rays.mask = reinterpret_cast<const uint32_t*>(arrays.copy(odd) + 1);
+      rays.mask_stride = sizeof(uint32_t);
+    }
+    rays.memory = NIF_MEMORY_DEVICE;
+    rays.stream = card_->stream();
+    return rays;
+  }
+  static NifAnswers outputs_there(CardArrays& arrays, Outputs& host) {
+    auto outputs = nifkit::sized<NifAnswers>();
+    outputs.visible = arrays.output(host.visible, host.visible.size());
+    outputs.visible_bits = arrays.output(host.bits, host.bits.size());
+    outputs.probability = arrays.output(host.probability, host.probability.size());
+    outputs.certain = arrays.output(host.certain, host.certain.size());
+    outputs.logit = arrays.output(host.logit, host.logit.size());
+    return outputs;
+  }
+  static void fetch(CardArrays& arrays, const NifAnswers& outputs, Outputs& host) {
+    arrays.fetch(host.visible, outputs.visible);
+    arrays.fetch(host.bits, outputs.visible_bits);
+    if (outputs.probability) arrays.fetch(host.probability, outputs.probability);
+    if (outputs.certain) arrays.fetch(host.certain, outputs.certain);
+    if (outputs.logit) arrays.fetch(host.logit, outputs.logit);
+  }
+
+  /// nifQuery: in memory of the host and of the card, by either way, with all outputs and with visibility alone,
+  /// for which there are other kernels. The functions below return how many answers differ.
+  uint64_t compare_answers(Scenes& scenes, const Outputs& expected, std::vector<double>* seconds) {
+    const size_t count = now_.rays.size();
+    uint64_t different = 0;
+    for (const bool all : {true, false}) {
+      const auto check = [&](const char* call, const Outputs& got) {
+        different += all ? count_different(call, got, expected, count)
+                         : count_different(call, got, expected, count, differ_visibly);
+      };
+      const auto wanted = [&](Outputs& got) {
+        return all ? got.answers() : nifkit::Answers().visible(got.visible).visible_bits(got.bits);
+      };
+      Outputs copied(count);
+      scenes.of[2].query(rays_now(), wanted(copied));
+      check("nifQuery of host memory", copied);
+      for (const NifMeasure way : {NIF_MEASURE_ONE_KERNEL, NIF_MEASURE_PIPELINE}) {
+        if (!now_.masks.empty()) break;  // which are not measured
+        Outputs measured(count);
+        double once;
+        measure(scenes, now_.rays, wanted(measured), way, 1, &once);
+        check(way == NIF_MEASURE_PIPELINE ? "the pipeline" : "the one kernel", measured);
+      }
+      CardArrays arrays(*card_);
+      const NifRays query = rays_there(arrays);
+      Outputs there(count);
+      NifAnswers outputs = outputs_there(arrays, there);
+      if (!all) outputs.probability = nullptr, outputs.certain = nullptr, outputs.logit = nullptr;
+      in_stream(all ? nullptr : seconds, [&] { return nifQuery(scenes.of[2].get(), &query, &outputs); });
+      fetch(arrays, outputs, there);
+      check("nifQuery of device memory", there);
+    }
+    return different;
+  }
+
+  uint64_t compare_open(Scenes& scenes, std::vector<double>* seconds) {
+    const size_t count = now_.rays.size();
+    std::vector<uint32_t> numbers(count), instances(count), counted(1);
     std::vector<float> from(count), to(count);
     OpenOutputs expected(count), got(count);
-    expected.count = scenes.of[0].query_open(nifkit::Rays(rays), expected.answers(), numbers, from, to);
-    expected.take(numbers, from, to);
-
-    CardArrays arrays(*card_);
-    NifRays query = nifMakeRays(arrays.copy(rays), count);
-    query.memory = NIF_MEMORY_DEVICE;
-    query.stream = card_->stream();
-    auto outputs = nifkit::sized<NifAnswers>();
-    outputs.visible = arrays.output(got.visible, count);
-    outputs.visible_bits = arrays.output(got.bits, got.bits.size());
-    outputs.probability = arrays.output(got.probability, count);
-    outputs.certain = arrays.output(got.certain, count);
-    outputs.logit = arrays.output(got.logit, count);
     auto open = nifkit::sized<NifOpenRays>();
     open.capacity = count;
+    open.rays = numbers.data();
+    open.tmin = from.data();
+    open.tmax = to.data();
+    open.count = &expected.count;
+    open.instance = instances.data();
+    scenes.of[0].query_open(rays_now(), expected.answers(), open);
+    expected.take(numbers, from, to, instances);
+
+    CardArrays arrays(*card_);
+    const NifRays query = rays_there(arrays);
+    const NifAnswers outputs = outputs_there(arrays, got);
     open.rays = arrays.output(numbers, count);
     open.tmin = arrays.output(from, count);
     open.tmax = arrays.output(to, count);
+    open.instance = arrays.output(instances, count);
     open.count = arrays.copy(std::vector<uint32_t>{0xa5a5a5a5});
     in_stream(seconds, [&] { return nifQueryOpen(scenes.of[2].get(), &query, &outputs, &open); });
-    arrays.fetch(got.visible, outputs.visible);
-    arrays.fetch(got.bits, outputs.visible_bits);
-    arrays.fetch(got.probability, outputs.probability);
-    arrays.fetch(got.certain, outputs.certain);
-    arrays.fetch(got.logit, outputs.logit);
+    fetch(arrays, outputs, got);
     arrays.fetch(numbers, open.rays);
     arrays.fetch(from, open.tmin);
     arrays.fetch(to, open.tmax);
-    counted.resize(1);
+    arrays.fetch(instances, open.instance);
     arrays.fetch(counted, open.count);
     got.count = counted[0];
-    got.take(numbers, from, to);
-    return count_different(got, expected);
+    got.take(numbers, from, to, instances);
+    return count_different("nifQueryOpen", got, expected, count) + (got.count != expected.count);
   }
 
-  uint64_t compare_hits(Scenes& scenes, const std::vector<NifRay>& rays, std::vector<double>* seconds) {
-    FirstHits expected(rays.size()), got(rays.size());
-    NifRays query = nifMakeRays(rays.data(), rays.size());
+  uint64_t compare_hits(Scenes& scenes, std::vector<double>* seconds) {
+    FirstHits expected(now_.rays.size()), got(now_.rays.size());
     NifHits outputs = expected.outputs();
-    nifkit::check(nifIntersect(scenes.of[0].get(), &query, &outputs));
+    nifkit::check(nifIntersect(scenes.of[0].get(), &rays_now().get(), &outputs));
 
     CardArrays arrays(*card_);
-    query = nifMakeRays(arrays.copy(rays), rays.size());
-    query.memory = NIF_MEMORY_DEVICE;
-    query.stream = card_->stream();
+    const NifRays query = rays_there(arrays);
     const auto each = [&](const auto& visit) {
       visit(outputs.hit, got.hit), visit(outputs.certain, got.certain);
       visit(outputs.t, got.t), visit(outputs.t_low, got.low), visit(outputs.t_high, got.high);
@@ -277,7 +393,7 @@ class Proof {
     each([&](auto*& output, auto& host) { output = arrays.output(host, host.size()); });
     in_stream(seconds, [&] { return nifIntersect(scenes.of[2].get(), &query, &outputs); });
     each([&](auto*& output, auto& host) { arrays.fetch(host, output); });
-    return count_different_hits(got, expected);
+    return count_different("nifIntersect", got, expected, got.hit.size());
   }
 
   /// Uses the GPU's clock; `seconds` as nifMeasureQuery writes them.
@@ -288,19 +404,21 @@ class Proof {
   }
 
   /// Requests only visibility, as a renderer would.
-  void time(Scenes& scenes, const std::vector<NifRay>& rays, std::vector<double>& pipeline,
-            std::vector<double>& one_kernel, std::vector<double>& cpu) const {
+  void time(Scenes& scenes, std::vector<double>& pipeline, std::vector<double>& one_kernel,
+            std::vector<double>& cpu) const {
+    const std::vector<NifRay>& rays = now_.rays;
     if (options_.rounds == 0) return;
     std::vector<uint8_t> visible(rays.size());
     const nifkit::Answers answers = nifkit::Answers().visible(visible);
     for (const auto& [way, seconds] :
          {std::pair(NIF_MEASURE_PIPELINE, &pipeline), std::pair(NIF_MEASURE_ONE_KERNEL, &one_kernel)}) {
+      if (!now_.masks.empty()) break;  // which are not measured
       seconds->resize(options_.rounds);
       measure(scenes, rays, answers, way, options_.rounds, seconds->data());
     }
     for (uint32_t round = 0; round <= options_.rounds; ++round) {
       const auto start = std::chrono::steady_clock::now();
-      scenes.of[1].query(nifkit::Rays(rays), answers);
+      scenes.of[1].query(rays_now(), answers);
       if (round > 0)
         cpu.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
     }
@@ -336,6 +454,15 @@ class Proof {
   Options options_;
   nifkit::Device devices_[3];
   std::unique_ptr<Card> card_;
+  std::vector<std::vector<nifkit::Asset>> assets_;  ///< of each file, for each device
+  /// The batch that is asked at the moment.
+  struct {
+    std::string what;
+    uint64_t first = 0;
+    std::vector<NifRay> rays;
+    std::vector<uint32_t> masks;  ///< none: rays without masks
+  } now_;
+  uint32_t printed_ = 0;
   uint64_t different_ = 0;
   std::string stages_;  ///< lines of a table
 };
@@ -379,8 +506,8 @@ int run(const Options& options) {
         " Millions of rays a second, median of %u rounds of %llu rays, rays and answers\n"
         "in the GPU's memory: `nifQuery` of what is visible, by its own clock, both ways; `nifQueryOpen` "
         "(open)\n"
-        "and `nifIntersect` (hits) with all outputs, at odd addresses, by the host's clock; the CPU with all "
-        "threads.",
+        "and `nifIntersect` (hits) with all outputs, at odd addresses, and rays with masks by the host's "
+        "clock;\nthe CPU with all threads.",
         options.rounds, static_cast<unsigned long long>(std::min(kBatch, options.rays)));
   std::printf("\n\n| scene | rays | asked | different | of open | of hits |%s\n",
               options.rounds ? " pipeline | one kernel | open | hits | CPU |" : "");
@@ -395,6 +522,7 @@ int run(const Options& options) {
         .objects = 2, .max_voxels = 80, .bvhs = 1, .sphericals = 1, .exacts = 1, .proofs = 1, .features = 2};
     proof.add_asset("random", format::encode(random_asset(1, kinds)));
   }
+  proof.ask_mixed();
   if (!proof.stages().empty())
     std::printf(
         "\nAmbiguous rays, about which nothing is proven, by the pipeline: microseconds for a million of "

@@ -245,8 +245,8 @@ typedef struct NifReader {
   void* user;       /* passed to read */
   const char* name; /* what messages call the file; null: "reader" */
   uint64_t size;    /* of the whole file, in bytes */
-  /* Writes the file's bytes offset .. offset + size - 1 to `to`. Returns 1, or 0 on failure. Called on the
-   * calling thread, with offsets that ascend without gaps. It must not throw or call nifkit. */
+  /* Writes the file's bytes offset .. offset + size - 1 to `to`, and returns 1; any other value is a failure.
+   * Called on the calling thread, with offsets that ascend without gaps. It must not throw or call nifkit. */
   uint32_t (*read)(void* user, uint64_t offset, void* to, uint64_t size);
 } NifReader;
 
@@ -401,7 +401,7 @@ NIF_API NifError nifSetInstanceUser(NifScene scene, uint32_t instance, uint64_t 
 
 typedef struct NifInstanceInfo {
   uint64_t struct_size;
-  NifAsset asset;  /* not retained for the caller */
+  NifAsset asset;  /* not retained for the caller; null if the caller has released it */
   uint32_t object; /* of the asset */
   uint32_t mask;
   uint64_t user;
@@ -546,9 +546,7 @@ NIF_API NifError nifGetQueryScratchBytes(NifScene scene, uint64_t count, uint64_
  * once: do not change the arrays or the scene until the stream has executed it. A query in host memory copies
  * the rays to the GPU and the answers back, and returns when they are written; it may allocate. Arrays in the
  * wrong kind of memory give NIF_ERROR_WRONG_POINTER. If the GPU is lost, the CPU answers queries in host
- * memory. It also answers those in host memory that have masks; with a stream these give
- * NIF_ERROR_NOT_AVAILABLE, and their pointers are trusted. docs/runtime.md has the rules for pointers, streams
- * and lost GPUs. */
+ * memory. docs/runtime.md has the rules for pointers, streams and lost GPUs. */
 NIF_API NifError nifQuery(NifScene scene, const NifRays* rays, const NifAnswers* answers);
 
 /* Describes an array of NifRay: my_rays[count] (null if count is 0), in host memory. */
