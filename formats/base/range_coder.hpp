@@ -4,6 +4,8 @@
 //
 // The encoder and the decoder have the same functions, so that the models of a kind of data are written once,
 // for both: bit(model, value) returns `value` when it encodes, and the encoded value when it decodes.
+//
+// docs/format.md, "Bits", describes all of it; docs/results/coding.md says what its constants are worth.
 #pragma once
 
 #include <array>
@@ -95,12 +97,13 @@ class RangeEncoder {
   uint8_t held_ = 0;
 };
 
-/// Any bytes decode to something; complete() tells whether an encoder made them. Never reads beyond them.
+/// Any bytes decode to something; complete() tells whether an encoder could have made them. Never reads
+/// beyond them.
 class RangeDecoder {
  public:
   explicit RangeDecoder(std::span<const std::byte> bytes) : bytes_(bytes) {
     for (int i = 0; i < 4; ++i) shift();
-    possible_ = code_ < range_;
+    possible_ = code_ < range_;  // and so it stays
   }
   bool bit(BitModel& model, bool = false) {
     const uint32_t bound = (range_ >> 16) * model.probability();
@@ -118,11 +121,15 @@ class RangeDecoder {
     }
     return value;
   }
-  /// To be called after the last bit: whether these are exactly the bytes that an encoder makes of the bits.
-  /// They are unique, because an encoder ends with the lowest number of its range.
-  bool complete() const { return possible_ && code_ == 0 && at_ == bytes_.size(); }
+  /// To be called after the last bit: whether all bytes were needed, and no more than may be left out at the
+  /// end. RangeEncoder ends with the lowest number of its range, in four bytes; another encoder may end with
+  /// any, such as one whose last bytes are zeros, and leave these out.
+  bool complete() const { return possible_ && at_ >= bytes_.size() && at_ - bytes_.size() <= kMostLeftOut; }
 
  private:
+  /// Any range holds a number of which only the highest of the four bytes is not 0.
+  static constexpr size_t kMostLeftOut = 3;
+
   /// Bytes beyond the end are 0.
   void shift() {
     code_ = code_ << 8 | (at_ < bytes_.size() ? uint32_t(bytes_[at_]) : 0u);

@@ -14,8 +14,6 @@ namespace nif::format {
 /// The next payload; a record's `forms` say whether it is coded. `bytes`: its uncoded size.
 inline Bytes take_payload(Payloads& payloads, const Payload& payload, bool coded, uint64_t bytes,
                           const char* name, const Place& place) {
-  if (coded && payload.bytes >= bytes)
-    place.damaged(Rule::coded_no_smaller, std::string(name) + " payload is coded, but no smaller for it");
   return payloads.next(payload, coded ? payload.bytes : bytes, name, place);
 }
 

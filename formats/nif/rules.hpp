@@ -71,7 +71,6 @@ namespace nif::format {
   RULE(309, kinds_not_coded, damaged_nif, "forms states kinds of cells that are not coded")                \
   RULE(310, decoded_size, damaged_nif,                                                                     \
        "payloads decode to more than 16 times their bytes, or have more bricks than half as many")         \
-  RULE(311, coded_no_smaller, damaged_nif, "payload is coded, but no smaller for it")                      \
   RULE(312, not_as_encoded, damaged_nif, "payload is not what an encoder makes")                           \
   RULE(313, voxel_base, damaged_nif, "voxel_base is not the number of surface voxels before")              \
   RULE(314, surface_voxels, damaged_nif,                                                                   \
@@ -91,8 +90,6 @@ namespace nif::format {
   RULE(327, sides_joined, damaged_nif, "planes join what is outside with what is inside")                  \
   RULE(328, side_not_proven, damaged_nif,                                                                  \
        "a cell has a side that its planes and its neighbours do not prove")                                \
-  RULE(329, sides_not_separate, damaged_nif, "a cell does not separate sides that are proven to differ")   \
-  RULE(330, kinds_follow, damaged_nif, "forms states kinds that follow from the planes")                   \
   RULE(401, network_range, damaged_nif, "network is out of range")                                         \
   RULE(402, length_scale, damaged_nif, "length_scale is negative or not finite")                           \
   RULE(403, features_range, damaged_nif, "features_per_corner is out of range")                            \
@@ -149,7 +146,6 @@ namespace nif::format {
   RULE(701, optional_order, damaged_nif, "object does not come after that of the record before")           \
   RULE(702, margin_range, damaged_nif, "margin is not a number from 0 to 1")                               \
   RULE(703, no_triangles, damaged_nif, "its object has no triangles")                                      \
-  RULE(704, fewer_triangles, damaged_nif, "the source mesh has fewer triangles than the object")           \
   RULE(705, triangle_number, damaged_nif, "a triangle is none of the source mesh")                         \
   RULE(706, bits_after_numbers, damaged_nif, "bits after the last number are not zero")                    \
   RULE(707, no_voxels, damaged_nif, "its object has no voxels")                                            \

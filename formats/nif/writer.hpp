@@ -47,7 +47,8 @@ class FileSize {
   std::map<uint32_t, Sum> sections_;
 };
 
-/// A copy that owns its memory; encode() makes the same bytes from it (except for unknown sections).
+/// A copy that owns its memory. Of a file that encode() made, it makes the same bytes again; of the file of
+/// another writer, a file of the same asset (without sections that this build does not know).
 Asset to_asset(const AssetView& view);
 
 /// The text, with everything that a name in an asset may not contain (bytes that are not UTF-8, zeros)

@@ -27,8 +27,8 @@ void check_checksums(std::span<const std::byte> bytes, Findings& findings) {
   }
 }
 
-/// Any content has one layout of ours. Other layouts that a reader accepts differ in the order of sections,
-/// or have sections of later versions.
+/// Any content has one layout of ours. Other writers may order sections or code payloads otherwise, or add
+/// sections of later versions.
 bool written_by_us(const format::AssetView& asset) {
   const std::vector<std::byte> again = format::encode(format::to_asset(asset));
   return again.size() == asset.bytes.size() &&

@@ -13,7 +13,6 @@
 #include <string>
 
 #include "formats/base/output_file.hpp"
-#include "formats/nif/planes/coded_cells.hpp"
 #include "formats/nif/writer.hpp"
 #include "formats/validate/validate.hpp"
 #include "tests/format/damaged.hpp"
@@ -301,73 +300,6 @@ Part& section_of(std::vector<Part>& parts, uint32_t type) {
   return *std::find_if(parts.begin(), parts.end(), [&](const Part& part) { return part.type == type; });
 }
 
-/// Words of cells that no encoder would code so: with kinds that follow from the planes, or with cells that
-/// do not separate what they must.
-void break_coded_cells(const format::Asset& asset, Collection& collection) {
-  const Bytes good = format::encode(asset);
-  const ExactBuffer buffer(good);
-  const format::AssetView view = format::read_asset(buffer.bytes(), "good");
-  kernels::PlanesField field = *format::grid_of(view.objects[0]);
-  const size_t count = size_t{field.surface_voxels} + field.part_count;
-  const std::vector<uint32_t> words(field.voxel_records, field.voxel_records + count);
-  const auto offer = [&](std::vector<uint32_t> changed, bool stated) {
-    field.voxel_records = changed.data();
-    field.parts = changed.data() + field.surface_voxels;
-    std::vector<uint32_t> coded(count);
-    RangeEncoder encoder;
-    if (!format::CellCoder(encoder, field, coded.data()).code(&field, stated)) return;
-    const std::vector<std::byte> bytes = encoder.finish();
-    std::vector<Part> parts = parts_of(good);
-    Bytes& content = section_of(parts, format::kPlanes).content;
-    auto record = load<format::PlanesRecord>(content, 0);
-    record.forms |= format::kCodedCells | (stated ? uint32_t{format::kStatedKinds} : 0u);
-    record.cells.bytes = bytes.size();
-    store(content, 0, record);
-    section_of(parts, format::kCells).content = bytes;
-    collection.offer(file_of(good, parts));
-  };
-  offer(words, true);
-  for (size_t i = 0; i < count; ++i) {
-    if (kernels::word_kind(words[i]) == kernels::kLink) continue;
-    std::vector<uint32_t> changed = words;
-    changed[i] &= ~15u;
-    offer(changed, false);
-  }
-}
-
-constexpr uint32_t kInsideAbove = 7;  // and outside below
-
-/// One voxel inside, surface around it; in the one at its left the planes tell outside from inside.
-format::Asset shell_of_voxels() {
-  format::PlanesData grid;
-  grid.voxels = {3, 3, 3};
-  grid.voxels_per_unit = 1;
-  grid.brick_table = {kernels::kFirstMixedBrick};
-  grid.voxel_base = {0};
-  kernels::BrickStates states{};
-  for (uint32_t z = 0; z < 3; ++z)
-    for (uint32_t y = 0; y < 3; ++y)
-      for (uint32_t x = 0; x < 3; ++x) {
-        const uint64_t bit = uint64_t{1} << (x + 4 * y + 16 * z);
-        if (x == 1 && y == 1 && z == 1) {
-          states.aux |= bit;
-          continue;
-        }
-        states.surface |= bit;
-        const bool left = x == 0 && y == 1 && z == 1;
-        grid.voxel_records.push_back(left ? kernels::make_planes(kInsideAbove, 62, 62, 100, 156)
-                                          : kernels::kBareCell);
-      }
-  grid.brick_states = {states};
-  grid.coded = format::kCodedPlanes;
-  format::Asset asset;
-  format::Object& object = asset.objects.emplace_back();
-  object.aabb_min = {1, 1, 1};
-  object.aabb_max = {2, 2, 2};
-  object.planes = std::move(grid);
-  return asset;
-}
-
 /// Links that name more parts than there are.
 void break_links(const Bytes& good, Collection& collection) {
   const std::vector<Part> parts = parts_of(good);
@@ -506,18 +438,14 @@ void break_by_hand(Collection& collection) {
   options.objects = options.instances = 0;
   options.max_voxels = 6;
   for (uint64_t seed = 1; seed <= 60; ++seed) {
-    RandomAssetOptions grid = options, coded = options, segment = options, tree = options, exact = options;
+    RandomAssetOptions grid = options, segment = options, tree = options, exact = options;
     segment.objects = 1;
-    grid.proofs = coded.proofs = tree.bvhs = exact.exacts = 1;
+    grid.proofs = tree.bvhs = exact.exacts = 1;
     break_grid(random_asset(seed, grid), collection);
-    coded.coded = segment.coded = kCodedAll;
-    break_coded_cells(random_asset(seed, coded), collection);
-    segment.coded = 0;
     break_links(format::encode(random_asset(seed, segment)), collection);
     break_tree(format::encode(random_asset(seed, tree)), collection);
     break_reach(format::encode(random_asset(seed, exact)), collection);
   }
-  break_coded_cells(shell_of_voxels(), collection);
   break_optional(collection);
   break_translations(collection);
 }

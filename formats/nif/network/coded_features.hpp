@@ -1,5 +1,5 @@
-// Codes features. They are nearly random: the small gain comes from some values being more common than
-// others. Neighbouring corners tell nothing about each other (docs/results/planes.md).
+// Codes features (docs/format.md, "Features"). They are nearly random: the small gain comes from some values
+// being more common than others. Neighbouring corners tell nothing about each other (docs/results/planes.md).
 #pragma once
 
 #include <array>

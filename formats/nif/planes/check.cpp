@@ -104,9 +104,7 @@ std::optional<Rule> fault_of_sides(const kernels::PlanesField& field, const Side
 }
 
 uint32_t proven_kind(const SideRegions& sides, uint32_t record, bool separating) {
-  const kernels::CellKind known{sides.above(record), sides.below(record), separating};
-  const bool contradicts = !separating && (known.above | known.below) == kernels::kSeenBoth;
-  return contradicts ? uint32_t{kernels::kPlaneKinds} : kernels::kind_of(known);
+  return kernels::kind_of({sides.above(record), sides.below(record), separating});
 }
 
 }  // namespace nif::format

@@ -22,14 +22,13 @@ std::optional<Rule> fault_of_sides(const kernels::PlanesField& field, const Side
 
 /// No path leads through a cell of this kind from above its planes to below: it is a wall, or the sides
 /// differ.
-/// not the same.
 constexpr bool separates(uint32_t kind) {
   const kernels::CellKind& known = kernels::kCellKinds[kind];
   return known.wall || (known.above | known.below) == kernels::kSeenBoth;
 }
 
 /// The kind that says everything proven about a cell with planes, by its record's number and whether it
-/// separates; kPlaneKinds if that contradicts what is proven. Files need not store more than that.
+/// separates. Files need not store more than that.
 uint32_t proven_kind(const SideRegions& sides, uint32_t record, bool separating);
 
 }  // namespace nif::format

@@ -53,19 +53,12 @@ bool decode_cells(Bytes coded, bool kinds_stated, const kernels::PlanesField& fi
   return CellCoder(decoder, field, to).code(nullptr, kinds_stated) && decoder.complete();
 }
 
-/// Gives decoded words the kinds that say all that is proven. If a file states kinds, some must say less.
-void complete_kinds(const SideRegions& sides, bool stated, std::span<uint32_t> words, const Place& place) {
-  bool same = true;
+/// Gives decoded words the kinds that say all that is proven.
+void complete_kinds(const SideRegions& sides, std::span<uint32_t> words) {
   for (uint32_t i = 0; i < words.size(); ++i) {
     const uint32_t kind = kernels::word_kind(words[i]);
-    if (kind == kernels::kLink) continue;
-    const uint32_t proven = proven_kind(sides, i, separates(kind));
-    same = same && kind == proven;
-    if (stated) continue;
-    place.require(proven < kernels::kPlaneKinds, Rule::sides_not_separate);
-    words[i] = (words[i] & ~15u) | proven;
+    if (kind != kernels::kLink) words[i] = (words[i] & ~15u) | proven_kind(sides, i, separates(kind));
   }
-  place.require(!stated || !same, Rule::kinds_follow);
 }
 
 }  // namespace
@@ -112,8 +105,7 @@ PlanesView PlanesReader::read(uint32_t index, const ObjectView&) {
   field.parts = field.voxel_records + field.surface_voxels;
   if (const auto fault = fault_of_words(field)) place.damaged(*fault);
   const SideRegions sides(field);
-  if (coded_cells)
-    complete_kinds(sides, stated, {words, size_t{field.surface_voxels} + field.part_count}, place);
+  if (coded_cells && !stated) complete_kinds(sides, {words, size_t{field.surface_voxels} + field.part_count});
   if (const auto fault = fault_of_sides(field, sides)) place.damaged(*fault);
   return view;
 }

@@ -12,7 +12,6 @@ SourceTrianglesView read_one(const SourceRecord& record, uint32_t count, Payload
   view.triangles = record.triangles;
   view.count = count;
   place.require(all_zero(record.reserved), Rule::reserved_not_zero);
-  place.require(record.triangles >= count && count > 0, Rule::fewer_triangles);
   view.field.bits = kernels::source_bits(record.triangles);
   view.field.count = count;
   view.bytes = source_bytes(count, record.triangles);

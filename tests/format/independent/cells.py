@@ -185,12 +185,14 @@ class _Decoding:
                 cells.name_parts(number, word >> 4 & 255)
         cells.all_named()
         self.decoder.finish()
-        self.where = cells.place
         self.complete(Sides(cells))
 
     def complete(self, sides):
-        """Gives each cell the kind with most that is proven, or checks kinds that do not say all of it."""
-        cells, same = self.cells, True
+        """Gives each cell the kind with most that is proven, or checks those that the file states."""
+        cells = self.cells
+        if self.coded_kinds:
+            cells.check_sides(sides)
+            return
         sides.check_apart()
         for number, word in enumerate(cells.words):
             if word & 15 == CUT:
@@ -200,16 +202,7 @@ class _Decoding:
             wall = separates(word & 15) and not apart
             if above == below == INSIDE:
                 below = None
-            lost = apart and not separates(word & 15)
-            if not self.coded_kinds:
-                self.refuse_unless(not lost, f"word {number} does not separate, but is between outside and inside")
-            kind = KINDS.index((above, below, wall))
-            same &= kind == word & 15
-            if not self.coded_kinds:
-                cells.words[number] = word & ~15 | kind
-        if self.coded_kinds:
-            cells.check_sides(sides)
-            self.refuse_unless(not same, "kinds are coded, but are what would follow without it")
+            cells.words[number] = word & ~15 | KINDS.index((above, below, wall))
 
     def word(self, number):
         cells, decoder = self.cells, self.decoder
@@ -265,9 +258,7 @@ class _Decoding:
         expected = limit((middle - thickness) >> 1, 0, 256 - thickness)
         lower = expected + decoder.difference(self.lower_models, (doubt, rank(thickness, (6, 12, 24, 48))), 8)
         self.refuse_unless(0 <= lower and lower + thickness <= 256, "places beyond 0 to 256")
-        word = kind | (u + 31) << 4 | (v + 31) << 10 | lower << 16 | (lower + thickness - 1) << 24
-        self.refuse_unless(word & ~15 != BARE, "a bare cell that is not coded as one")
-        return word
+        return kind | (u + 31) << 4 | (v + 31) << 10 | lower << 16 | (lower + thickness - 1) << 24
 
     def mask(self, low, side):
         cells, half, mask = self.cells, side // 2, 0
@@ -322,7 +313,6 @@ class _Decoding:
     def normal(self, hints, thickness):
         decoder = self.decoder
         u = v = doubt = 0
-        turned = None
         if hints:
             best = max(hints, key=lambda hint: hint.weight)  # the first one of these
             total = [0, 0, 0]
@@ -342,17 +332,11 @@ class _Decoding:
                     spread += hint.weight * sum(abs(sign * hint.normal[a] - quotient(62 * total[a], size)) for a in range(3))
                 doubt = 2 + rank(spread // sum(hint.weight for hint in hints), (3, 6, 10, 16, 24, 40))
             rim = max(abs(u), abs(v))
-            if rim >= 22:
-                turned = decoder.bit(self.turned_models[rim >= 27])
-        eu, ev = u, v
-        if turned:
-            u, v = -u, -v
+            if rim >= 22 and decoder.bit(self.turned_models[rim >= 27]):
+                u, v = -u, -v
         context = doubt, rank(thickness, (8, 20, 48))
         step = decoder.difference(self.first_models, context, 6)
         u += step
         v += decoder.difference(self.second_models, (*context, rank(abs(step), (1, 3, 7))), 6)
         self.refuse_unless(-31 <= u <= 31 and -31 <= v <= 31, "u or v is not in range")
-        if turned is not None:
-            nearer = max(abs(u + eu), abs(v + ev)) < max(abs(u - eu), abs(v - ev))
-            self.refuse_unless(nearer == turned, "a bit that says otherwise whether the normal is turned")
         return u, v

@@ -71,5 +71,5 @@ class Decoder:
         return -size if negative else size
 
     def finish(self):
-        require(self.code == 0, self.place, "coded: not the lowest number of the range at the end")
-        require(self.taken == len(self.data), self.place, f"coded: takes {self.taken} bytes of {len(self.data)}")
+        fits = len(self.data) <= self.taken <= len(self.data) + 3
+        require(fits, self.place, f"coded: takes {self.taken} bytes of {len(self.data)}")

@@ -30,7 +30,6 @@ def read_numbers(file, only=None):
         n = n or 2**32
         tree = item.triangles
         count = len(tree.vertices) if kind == SOURCE_VERTICES else len(tree.triangles)
-        require(kind != SOURCE_TRIANGLES or n >= count, place, f"{n} source triangles of {count}")
         found[kind][which] = _unpack(payloads.take(payload, place), count, n, place)
     return found
 

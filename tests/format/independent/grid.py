@@ -55,11 +55,7 @@ def check_coding(place, payloads):
     Returns their bytes in the file.
     """
     for data, size, coded in payloads:
-        if coded:
-            smaller = len(data) < size
-            require(smaller, place, f"a coded payload takes {len(data)} bytes, no less than the {size} that it decodes to")
-        else:
-            require(len(data) == size, place, f"a payload has {len(data)} bytes, not {size}")
+        require(coded or len(data) == size, place, f"a payload has {len(data)} bytes, not {size}")
     in_file = sum(len(data) for data, _, _ in payloads)
     check_expansion(place, any(coded for _, _, coded in payloads), sum(size for _, size, _ in payloads), in_file)
     return in_file

@@ -428,15 +428,15 @@ class Growth(unittest.TestCase):
         for kind in range(1, 5):
             self.refused(self.with_numbers(0, kind, 0, b"", front=True))
 
-    def test_number_of_source_triangles(self):
+    def test_limit_of_numbers(self):
         count = len(Asset(forge(SOURCE).bytes()).items[4].triangles.triangles)
-        for n in (count, 0):
-            zeros = bytes((max((n - 1).bit_length(), 1) * count + 31) // 32 * 4) if n else bytes(4 * count)
-            Asset(self.with_numbers(4, 1, n, zeros).bytes())
-        zeros = bytes((max((count - 2).bit_length(), 1) * count + 31) // 32 * 4)
-        self.refused(self.with_numbers(4, 1, count - 1, zeros))
-        Asset(self.with_numbers(4, 2, count - 1, zeros).bytes())
-        self.refused(self.with_numbers(4, 2, 2, bytes((count + 31) // 32 * 4 - 1) + b"\x80")) if count % 32 else None
+        for kind in (1, 2):
+            for n in (1, 2, count, 0):
+                bits = max((n - 1) % 2**32, 1).bit_length()
+                zeros = bytes((bits * count + 31) // 32 * 4)
+                Asset(self.with_numbers(4, kind, n, zeros).bytes())
+        if count % 32:
+            self.refused(self.with_numbers(4, 2, 2, bytes((count + 31) // 32 * 4 - 1) + b"\x80"))
         self.assertEqual(_unpack(struct.pack("<2I", 7, 2**32 - 1), 2, 2**32, ""), [7, 2**32 - 1])
 
     def test_optional_sections_come_in_pairs(self):

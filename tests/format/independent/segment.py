@@ -221,8 +221,7 @@ def read(item, fields, payloads, mlps):
     size = 0 if around else 12 * mixed
     require(len(of_corners) == size, place, f"a payload of corners has {len(of_corners)} bytes, not {size}")
     size = corners * floats
-    fits = len(of_features) < size if coded else len(of_features) == size
-    require(fits, place, f"a payload of features has {len(of_features)} bytes, uncoded {size}")
+    require(coded or len(of_features) == size, place, f"a payload of features has {len(of_features)} bytes, not {size}")
     check_expansion(place, forms, 12 * mixed + corners * floats, len(of_corners) + len(of_features))
     where = Corners(cells.occupancy, of_corners, around, place)
     require(where.count == corners, place, f"corners is {corners}, but there are {where.count}")
