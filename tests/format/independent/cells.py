@@ -4,8 +4,8 @@ import struct
 from dataclasses import dataclass
 
 from coding import Decoder, Models
-from shell import require
 from grid import CODED_CELLS, CODED_KINDS, INSIDE, OUTSIDE
+from shell import require
 from sides import Sides
 from single import single
 

@@ -2,8 +2,8 @@
 docs/answers.md, "exact").
 """
 
-from shell import require
 from proof import proven
+from shell import require
 from single import single
 from walk import walk
 

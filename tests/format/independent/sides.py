@@ -1,7 +1,7 @@
 """Which side each piece of space without triangles is on (docs/format.md, "Sides")."""
 
-from shell import require
 from grid import INSIDE, OUTSIDE, SURFACE, UNKNOWN
+from shell import require
 
 
 class Sides:
