@@ -25,7 +25,7 @@ class SectionTable {
   SectionView operator[](uint32_t type) const {
     for (const SectionView& section : sections_)
       if (section.type == type) return section;
-    return {type};
+    return {type, 0, 0, 0, {}};
   }
   bool has(uint32_t type) const {
     return std::any_of(sections_.begin(), sections_.end(),
