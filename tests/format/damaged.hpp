@@ -113,6 +113,23 @@ void for_each_payload(std::vector<Part>& parts, const Each& each) {
   }
 }
 
+inline bool is_within(const format::Payload& payload, const Bytes& values) {
+  return payload.offset <= values.size() && payload.bytes <= values.size() - payload.offset;
+}
+
+/// Adds so many bytes to each record, as later versions may.
+inline void lengthen_records(Part& part, uint32_t more, std::byte fill) {
+  Bytes longer;
+  for (size_t i = 0; i < part.count(); ++i) {
+    const auto at = part.content.begin() + ptrdiff_t(i * part.record_size);
+    longer.insert(longer.end(), at, at + part.record_size);
+    longer.resize(longer.size() + more, fill);
+  }
+  if (part.record_size == 0) return;
+  part.content = std::move(longer);
+  part.record_size += more;
+}
+
 inline Bytes payload_of(std::vector<Part>& parts, const PayloadKind& kind, size_t index) {
   const Part& records = section_of(parts, kind.records);
   const auto payload = load<format::Payload>(records.content, index * records.record_size + kind.at);

@@ -156,15 +156,7 @@ TEST(LaterVersions, RecordsMayBeLonger) {
     SCOPED_TRACE(format::section_name(known.type));
     for (const uint32_t more : {8u, 64u}) {
       std::vector<Part> parts = parts_of(good());
-      Part& part = section_of(parts, known.type);
-      Bytes longer;
-      for (size_t i = 0; i < part.count(); ++i) {
-        const auto at = part.content.begin() + ptrdiff_t(i * part.record_size);
-        longer.insert(longer.end(), at, at + part.record_size);
-        longer.resize(longer.size() + more, std::byte{0xff});
-      }
-      part.content = longer;
-      part.record_size += more;
+      lengthen_records(section_of(parts, known.type), more, std::byte{0xff});
       const Bytes file = file_of(good(), parts);
       EXPECT_EQ(outcome_of(file).sentence, "");
       EXPECT_EQ(rewritten(file), good());

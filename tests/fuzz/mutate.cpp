@@ -134,9 +134,10 @@ void mutate_payload(std::vector<Part>& parts, Random& random, MutateBytes mutate
     return;
   const size_t index = random.below(uint32_t(records->count()));
   const auto where = load<format::Payload>(records->content, index * records->record_size + kind.at);
-  if (where.offset > values->content.size() || where.bytes > values->content.size() - where.offset) return;
+  if (!is_within(where, values->content)) return;
   Part own{0, 0, payload_of(parts, kind, index), uint32_t(unit_of(kind))};
-  switch (random.below(8)) {
+  const uint32_t what = random.below(8);
+  switch (what) {
     case 0:
       mutate_part(own, mutate_bytes);
       break;
@@ -154,26 +155,12 @@ void mutate_payload(std::vector<Part>& parts, Random& random, MutateBytes mutate
       change_table(own, random);
   }
   set_payload(parts, kind, index, own.content);
-  if (random.below(4) != 0) return;
+  if (what != 3 && random.below(4) != 0) return;
   Part& changed = section_of(parts, kind.records);
   const size_t at = index * changed.record_size + kind.at;
   auto stated = load<format::Payload>(changed.content, at);
   stated.bytes = where.bytes;
   store(changed.content, at, stated);
-}
-
-/// Records that are longer than this build knows.
-void lengthen_records(Part& part, Random& random) {
-  if (part.record_size == 0) return;
-  const uint32_t more = 8 * (1 + random.below(3));
-  Bytes longer;
-  for (size_t i = 0; i < part.count(); ++i) {
-    const auto at = part.content.begin() + ptrdiff_t(i * part.record_size);
-    longer.insert(longer.end(), at, at + part.record_size);
-    longer.resize(longer.size() + more, std::byte(random.below(256)));
-  }
-  part.content = std::move(longer);
-  part.record_size += more;
 }
 
 Bytes mutate_sections(const Bytes& before, Random& random, MutateBytes mutate_bytes) {
@@ -189,7 +176,8 @@ Bytes mutate_sections(const Bytes& before, Random& random, MutateBytes mutate_by
     Part& part = parts[random.below(count)];
     switch (random.below(17)) {
       case 16:
-        random.below(2) ? lengthen_records(part, random) : void(part.record_size ^= 1u << random.below(32));
+        random.below(2) ? lengthen_records(part, 8 + 8 * random.below(3), std::byte(random.below(256)))
+                        : void(part.record_size ^= 1u << random.below(32));
         break;
       case 0:
         std::swap(part, parts[random.below(count)]);

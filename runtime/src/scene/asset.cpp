@@ -201,12 +201,12 @@ NifObjectInfo describe_object(const NifAssetObject& asset, uint32_t object) {
   info.encoding = format::encoding_of(view).number;
   const kernels::BuiltBytes built = asset.kernels[object]->built_bytes();
   info.resident_bytes = bytes_of(view) + sizeof(format::ObjectView) + built.walk_words + built.corner_bricks;
-  for (const format::NumbersView& numbers : asset.view.numbers) {
-    if (numbers.object != object) continue;
-    info.resident_bytes += numbers.bytes;
-    if (numbers.kind == format::kSourceTriangles)
-      info.source_triangles = numbers.below ? numbers.below : 0xffffffffu;  // 0 stands for 2^32
-  }
+  for (uint32_t kind = format::kSourceTriangles; kind <= format::kMostNumbers; ++kind)
+    if (const auto* numbers = asset.view.numbers_of(object, format::NumbersKind(kind))) {
+      info.resident_bytes += numbers->bytes;
+      if (kind == format::kSourceTriangles)
+        info.source_triangles = numbers->below ? numbers->below : 0xffffffffu;  // 0 stands for 2^32
+    }
   if (const auto* colors = asset.view.colors_of(object)) {
     info.resident_bytes += colors->bytes();
     info.colors = 1;
