@@ -1,5 +1,6 @@
 // Reads `spherical` objects, the pairs of networks (MLPs) that they share, and primary fields. NaN and too
 // large values are refused here, in every grid and network, so kernels need no checks.
+#include "formats/nif/reader.hpp"
 #include "formats/nif/spherical/part.hpp"
 #include "formats/nif/spherical/primary.hpp"
 
