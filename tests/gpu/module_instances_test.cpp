@@ -490,8 +490,7 @@ TEST_P(GpuInstances, FarAway) {
   EXPECT_GT(hits_of(expect_twins(far, there)), 100u);
 }
 
-/// Masks in host memory, in any layout, go to the GPU with the rays. (First hits, open rays and fallbacks of host
-/// memory are the CPU's.)
+/// In any layout, they go to the GPU with the rays of nifQuery; the CPU answers the other calls.
 TEST_P(GpuInstances, MasksOfHostMemory) {
   TwinScenes twins(config());
   fill(twins, 28, 9);
