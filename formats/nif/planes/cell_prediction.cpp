@@ -53,9 +53,9 @@ CellHint hint_of(const FoundCell& found, const CellCube& cell, size_t face) {
     const int64_t distance = int64_t{bound} * cell.side;
     return off * off >= distance * distance * length;
   };
-  size_t far = 0;
-  while (far < std::size(kFar) && beyond(kFar[far])) ++far;
-  hint.weight = found.side > cell.side ? weight_of_larger(kWeights[far]) : kWeights[far];
+  size_t reach = 0;
+  while (reach < std::size(kFar) && beyond(kFar[reach])) ++reach;
+  hint.weight = found.side > cell.side ? weight_of_larger(kWeights[reach]) : kWeights[reach];
   hint.thickness = (found.upper() - found.lower()) * place_unit(found.side) * cell.side / found.side;
   return hint;
 }

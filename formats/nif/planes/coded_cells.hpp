@@ -152,11 +152,11 @@ class CellCoder {
                         std::max(std::abs(u - like_u), std::abs(v - like_v));  // to the opposite
     if (may_turn && coder_.bit(models_->turned[rim >= CellModels::kOuterRim], nearer))
       like_u = -like_u, like_v = -like_v;
-    const uint32_t near = rank(thickness, CellModels::kForNormal);
-    const int32_t missed = models_->u[prediction.doubt][near].code(coder_, u - like_u);
+    const uint32_t closeness = rank(thickness, CellModels::kForNormal);
+    const int32_t missed = models_->u[prediction.doubt][closeness].code(coder_, u - like_u);
     const uint32_t miss = rank(std::abs(missed), CellModels::kMisses);
     u = like_u + missed;
-    v = like_v + models_->v[prediction.doubt][near][miss].code(coder_, v - like_v);
+    v = like_v + models_->v[prediction.doubt][closeness][miss].code(coder_, v - like_v);
     return std::max(std::abs(u), std::abs(v)) <= kernels::kNormalHalf;
   }
 
