@@ -145,10 +145,10 @@ void compare(const mesh::Scene& scene, const bake::BakeResult& result, uint32_t 
     const format::NumbersView* source = view.numbers_of(o, format::kSourceTriangles);
     ASSERT_NE(source, nullptr);
     const mesh::Mesh& mesh = *prepared.objects[o].source;
-    EXPECT_EQ(source->triangles, mesh.triangles.size());
+    EXPECT_EQ(source->below, mesh.triangles.size());
     EXPECT_EQ(asset.object(o).source_triangles, mesh.triangles.size());
     std::map<uint32_t, uint32_t>& place = places.emplace_back();
-    for (uint32_t i = 0; i < source->count; ++i)
+    for (uint32_t i = 0; i < source->field.count; ++i)
       EXPECT_TRUE(place.emplace(kernels::source_triangle(source->field, i), i).second) << "named twice";
     kept.push_back(kept_of(mesh));
     ASSERT_EQ(kept.back().size(), place.size());
