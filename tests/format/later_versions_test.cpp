@@ -104,17 +104,17 @@ TEST(LaterVersions, FlagsOfInstancesThatMustBeKnown) {
 }
 
 TEST(LaterVersions, SectionsAreKeptIfTheySaySo) {
-  for (const char(&name)[5] : {"XTRA", "mine"}) {  // ours, and a vendor's
+  for (const uint32_t type : {format::fourcc("XTRA"), format::fourcc("mine")}) {  // ours, and a vendor's
     for (const uint32_t flags :
          {0u, uint32_t{format::kKeep}, format::kKeep | format::kPayloads, format::kKeep | 0x40000000u}) {
       std::vector<Part> parts = parts_of(good());
-      parts.push_back({format::fourcc(name), flags, text("16 bytes, or two"), 8});
+      parts.push_back({type, flags, text("16 bytes, or two"), 8});
       const Bytes file = file_of(good(), parts);
       EXPECT_EQ(outcome_of(file).sentence, "");
       EXPECT_EQ(rewritten(file), flags & format::kKeep ? file : good()) << flags;
     }
     std::vector<Part> parts = parts_of(good());
-    parts.push_back({format::fourcc(name), format::kRequired | format::kKeep, text("later")});
+    parts.push_back({type, format::kRequired | format::kKeep, text("later")});
     EXPECT_EQ(status_of(file_of(good(), parts)), Status::unsupported_nif);
   }
   // In the order of the file, at its end.
