@@ -7,7 +7,7 @@
 namespace nif::test {
 namespace {
 
-constexpr RandomAssetOptions kOfAllEncodings{
+constexpr RandomAssetOptions kEveryEncoding{
     .objects = 2, .instances = 0, .max_voxels = 10, .bvhs = 1, .sphericals = 1, .exacts = 1, .proofs = 1};
 
 class GpuProvers : public GpuModuleTest, public testing::WithParamInterface<uint32_t> {
@@ -31,7 +31,7 @@ INSTANTIATE_TEST_SUITE_P(Each, GpuProvers, testing::Values(0u, 2u),
                          [](const auto& p) { return std::string(name_of(kMatrixKinds[p.param])); });
 
 TEST_P(GpuProvers, OfRevisionZeroProveNothing) {
-  format::Asset asset = random_asset(1, kOfAllEncodings);
+  format::Asset asset = random_asset(1, kEveryEncoding);
   const std::vector<std::byte> good = format::encode(asset);
   asset.prover = 0;
   const std::vector<std::byte> file = format::encode(asset);
@@ -57,7 +57,7 @@ TEST_P(GpuProvers, OfRevisionZeroProveNothing) {
 }
 
 TEST_P(GpuProvers, OfObjectsThatCannotBeAnswered) {
-  const std::vector<std::byte> good = format::encode(random_asset(2, kOfAllEncodings));
+  const std::vector<std::byte> good = format::encode(random_asset(2, kEveryEncoding));
   const std::vector<NifRay> rays = rays_near(format::read_asset(good, "test"), 2, 501);
   for (const uint32_t broken : {0u, 2u, 5u}) {
     TwinScenes twins(config(GetParam()));

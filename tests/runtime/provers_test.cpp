@@ -10,10 +10,10 @@
 namespace nif::test {
 namespace {
 
-constexpr RandomAssetOptions kOfAllEncodings{
+constexpr RandomAssetOptions kEveryEncoding{
     .objects = 2, .instances = 0, .max_voxels = 10, .bvhs = 2, .sphericals = 1, .exacts = 2, .proofs = 1};
 constexpr std::array<float, 12> kMoved{0.9f, 0.1f, 0, 0.1f, 0, -1.1f, 0.2f, 0, 0.1f, 0, 1, -0.1f};
-constexpr float kEndless = std::numeric_limits<float>::infinity();
+constexpr float kNowhere = std::numeric_limits<float>::infinity();
 
 class Provers : public RuntimeTest {
  protected:
@@ -41,8 +41,8 @@ void expect_without_proofs(NifScene proven, NifScene unproven, const std::vector
   EXPECT_EQ(doubted.normal, hits.normal);
   EXPECT_EQ(doubted.triangle, hits.triangle);
   EXPECT_EQ(std::ranges::count(doubted.certain, 0), int64_t(rays.size()));
-  EXPECT_EQ(std::ranges::count(doubted.low, -kEndless), int64_t(rays.size()));
-  EXPECT_EQ(std::ranges::count(doubted.high, kEndless), int64_t(rays.size()));
+  EXPECT_EQ(std::ranges::count(doubted.low, -kNowhere), int64_t(rays.size()));
+  EXPECT_EQ(std::ranges::count(doubted.high, kNowhere), int64_t(rays.size()));
 
   const OpenAnswers open = query_open(unproven, rays, rays.size());
   EXPECT_EQ(std::ranges::count(open.certain, 0), int64_t(rays.size()));
@@ -61,7 +61,7 @@ void expect_without_proofs(NifScene proven, NifScene unproven, const std::vector
 
 TEST_F(Provers, OfRevisionZeroProveNothing) {
   for (uint64_t seed = 0; seed < 2; ++seed) {
-    const format::AssetView& view = make(seed, kOfAllEncodings);
+    const format::AssetView& view = make(seed, kEveryEncoding);
     const std::vector<NifRay> rays = rays_near(view, seed, 800);
     const auto [proven, unproven] = load_both();
     NifAssetInfo info = nifkit::sized<NifAssetInfo>();
@@ -88,7 +88,7 @@ TEST_F(Provers, OfRevisionZeroProveNothing) {
 
 /// What others prove about what they block stays, but no ray certainly misses what nothing proves.
 TEST_F(Provers, LeaveProofsOfOtherFiles) {
-  const format::AssetView& view = make(3, kOfAllEncodings);
+  const format::AssetView& view = make(3, kEveryEncoding);
   const std::vector<NifRay> rays = rays_near(view, 3, 3000);
   const auto [proven, unproven] = load_both();
   const NifScene alone = new_scene(), mixed = new_scene();
@@ -109,7 +109,7 @@ TEST_F(Provers, LeaveProofsOfOtherFiles) {
     EXPECT_EQ(without.certain[i], with.certain[i] && !with.visible[i]);
     blocked += without.certain[i];
     missed += with.certain[i] && with.visible[i];
-    EXPECT_EQ(doubted.low[i], -kEndless);
+    EXPECT_EQ(doubted.low[i], -kNowhere);
     EXPECT_LE(doubted.high[i], hits.high[i]);
   }
   EXPECT_GT(blocked, 300u);

@@ -140,7 +140,7 @@ TEST(Validate, FindsAllWrongChecksums) {
   const uint32_t sections = test::load<format::Header>(file, 0).section_count;
   for (uint32_t i = 0; i < sections; ++i) {
     const auto entry = test::section_entry(file, i);
-    if (i % 2 || entry.bytes == 0) continue;
+    if (i % 2 || entry.bytes == 0 || (entry.flags & format::kPayloads)) continue;
     file[entry.offset] ^= std::byte{4};
     broken.insert("section " + format::section_name(entry.type) + " (entry " + std::to_string(i) + ")");
   }
