@@ -189,6 +189,7 @@ TEST_P(AssetInformation, HasPartsThatAddUp) {
                                  .features = GetParam(),
                                  .colors = 1,
                                  .sources = 1};
+      options.numbers = true;
       options.coded = coded;
       const format::AssetView& view = make(5, options);
       const nifkit::Device device(isa);

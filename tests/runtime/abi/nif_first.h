@@ -271,7 +271,10 @@ typedef struct NifAssetInfo {
   uint64_t metadata_bytes;
   uint64_t gpu_bytes;      /* GPU memory for this asset; 0 until a scene with it is committed on a GPU */
   uint32_t places_nothing; /* 1: the file states that it places no object; then instance_count is 0 */
-  uint32_t reserved;       /* 0 */
+  uint32_t arithmetic;     /* the revision of docs/answers.md by which the file is answered */
+  uint32_t prover;         /* the revision of what proved the file's planes; 0: nothing in it is proven */
+  uint32_t proves; /* 0: no answer about its objects is certain, because nothing in it is proven, or its
+                              prover turned out to be defective; 1: answers may be certain */
 } NifAssetInfo;
 
 /* Allocates nothing. */
@@ -302,7 +305,7 @@ typedef enum NifEncoding {
 typedef struct NifObjectInfo {
   uint64_t struct_size;
   const char* name;    /* UTF-8, 0-terminated, may be "" */
-  uint32_t encoding;   /* a NifEncoding */
+  uint32_t encoding;   /* a NifEncoding; 0 if the object is unsupported */
   uint32_t network;    /* 0 .. network_count - 1; ignore it for encodings without networks */
   float bounds_min[3]; /* of the source mesh, in object space */
   float bounds_max[3];
@@ -318,7 +321,14 @@ typedef struct NifObjectInfo {
    * triangle, which says nothing about the source mesh. */
   uint32_t source_triangles;
   uint32_t colors; /* 1: hits have the surface's colours (nif bake --colors); 0: the object has none */
-  uint32_t reserved;
+  /* 0: the object itself. k: a coarser stand-in for the next object of the asset, which has level k - 1; no
+   * instance of the file names it, but nifAddInstance can place it. */
+  uint32_t level;
+  float
+      error; /* the largest distance of its surface from the source's, in object units; 0: none or unknown */
+  /* Why this library cannot answer the object: it belongs to a later version of the format. Then encoding is 0,
+   * and placing it gives NIF_ERROR_UNSUPPORTED_NIF. "" for all others. */
+  const char* unsupported;
 } NifObjectInfo;
 
 /* Describes one object: object = 0 .. object_count - 1. Allocates nothing. */
@@ -328,9 +338,15 @@ typedef struct NifAssetInstanceInfo {
   uint64_t struct_size;
   const char* name; /* UTF-8, 0-terminated, may be "" */
   uint32_t object;  /* 0 .. object_count - 1 */
-  uint32_t reserved;
-  float transform[12]; /* object to asset space, laid out as in nifAddInstance; rounded to floats, although
-                          nifAddAsset places instances far from the origin in double (docs/meshes.md) */
+  uint32_t
+      parent; /* an earlier instance of the file that takes this one along when it moves; NIF_NONE: none */
+  float
+      transform[12]; /* object to asset space, whatever the parent, laid out as in nifAddInstance; rounded to
+                          floats, although nifAddAsset places instances far from the origin in double
+                          (docs/meshes.md) */
+  uint64_t user;     /* these three are set by nifAddAsset: nifSetInstanceUser, nifSetInstanceMask, */
+  uint32_t mask;
+  uint32_t flags; /* nifSetInstanceFlags */
 } NifAssetInstanceInfo;
 
 /* Describes one instance of the file: instance = 0 .. instance_count - 1. Allocates nothing. */
@@ -354,9 +370,11 @@ NIF_API void nifReleaseScene(NifScene scene);
 NIF_API NifError nifAddInstance(NifScene scene, NifAsset asset, uint32_t object, const float* transform,
                                 uint32_t* instance);
 
-/* Adds a whole asset: all instances in its file; each object once if the file has no instances; nothing if
- * the file states that it places nothing (NifAssetInfo::places_nothing). `transform` (as in nifAddInstance)
- * is applied after each instance's own transform. `first` receives the number of the first new instance, and
+/* Adds a whole asset: all instances in its file, with their masks, flags and user values; each object of level
+ * 0 once if the file has no instances; nothing if the file states that it places nothing
+ * (NifAssetInfo::places_nothing). If it would place an object that is unsupported (NifObjectInfo::unsupported),
+ * it gives NIF_ERROR_UNSUPPORTED_NIF and adds nothing. `transform` (as in nifAddInstance) is applied after each
+ * instance's own transform. `first` receives the number of the first new instance, and
  * `count` how many were added. Their numbers are consecutive: the lowest free range. Both may be null. */
 NIF_API NifError nifAddAsset(NifScene scene, NifAsset asset, const float* transform, uint32_t* first,
                              uint32_t* count);
@@ -518,7 +536,9 @@ typedef struct NifAnswers {
    * for certain rays. The last bits may differ between machines; the other outputs never differ. */
   float* probability;
   /* [count] 1: the answer is proven, not learned. Occluded is certain if one instance certainly blocks the
-   * ray; visible is certain if every instance certainly does not. Nothing is certain for a ray that starts
+   * ray; visible is certain if every instance certainly does not. Nothing is certain of an asset that proves
+   * nothing (NifAssetInfo.proves): if the scene has an instance of one that is not disabled, no ray is
+   * certainly visible. Nothing is certain for a ray that starts
    * too far from an object, or whose transform is too skewed, for a proof in single precision. In a scene of
    * several instances, an instance whose box the ray misses certainly does not block it, at any distance.
    * If an instance's transform is not the identity, the answer of its `bvh` or `exact` object holds for a ray
