@@ -2,8 +2,8 @@
 # Checks that files and folders named in comments and docs exist. Prints those that do not, and ends with 1.
 #
 # Looked at are words that start with one of the top folders ("bake/oracle/closure", with or without the ending) and words
-# that end as our own sources do ("grid_traversal-inl.hpp"); the end of a path is enough. Headers in .h are mostly others', and not
-# looked at, and NAME is what the reader puts there. Ends with 77 outside a git work tree, where nothing tells our files
+# that end as our own sources do ("grid_traversal-inl.hpp"); the end of a path is enough. Headers in .h are mostly others',
+# and not looked at, and NAME is what the reader puts there. Ends with 77 outside a git work tree, where nothing tells our files
 # from others.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
