@@ -311,8 +311,8 @@ TEST(Coded, MayBeNoSmaller) {
   const Bytes coded = encoder.finish();
   ASSERT_GE(coded.size(), same.size());
   const Bytes changed = test::with_record<NetworkRecord>(
-      with_payload(file, test::payload::kFeatures, [&](Bytes& payload) { payload = coded; }), format::kNetworks, 0,
-      [](auto& record) { record.forms |= format::kCodedFeatures; });
+      with_payload(file, test::payload::kFeatures, [&](Bytes& payload) { payload = coded; }),
+      format::kNetworks, 0, [](auto& record) { record.forms |= format::kCodedFeatures; });
   EXPECT_EQ(written_again(changed), file);
 }
 
