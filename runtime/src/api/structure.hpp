@@ -44,13 +44,13 @@ inline constexpr uint64_t kFirstSize<NifBackendInfo> = on_64_bits<NifBackendInfo
 template <>
 inline constexpr uint64_t kFirstSize<NifCardInfo> = on_64_bits<NifCardInfo>(104);
 template <>
-inline constexpr uint64_t kFirstSize<NifAssetInfo> = on_64_bits<NifAssetInfo>(72);
+inline constexpr uint64_t kFirstSize<NifAssetInfo> = on_64_bits<NifAssetInfo>(80);
 template <>
 inline constexpr uint64_t kFirstSize<NifPartInfo> = on_64_bits<NifPartInfo>(32);
 template <>
-inline constexpr uint64_t kFirstSize<NifObjectInfo> = on_64_bits<NifObjectInfo>(80);
+inline constexpr uint64_t kFirstSize<NifObjectInfo> = on_64_bits<NifObjectInfo>(96);
 template <>
-inline constexpr uint64_t kFirstSize<NifAssetInstanceInfo> = on_64_bits<NifAssetInstanceInfo>(72);
+inline constexpr uint64_t kFirstSize<NifAssetInstanceInfo> = on_64_bits<NifAssetInstanceInfo>(88);
 template <>
 inline constexpr uint64_t kFirstSize<NifInstanceInfo> = on_64_bits<NifInstanceInfo>(112);
 template <>

@@ -41,6 +41,10 @@ RESULTS = 36  # where the results begin, in records of both kinds
 WHOLE = 2**32 - 1
 
 
+class NotAnswered(ValueError):
+    """A record asks an object that this reader cannot answer."""
+
+
 def differing(asset, kind, records):
     """Counts the answers or hits that differ from the asset's."""
     return (differing_hits if kind == ".hits" else differing_answers)(asset, records)
@@ -50,7 +54,7 @@ def differing_answers(asset, answers):
     count = 0
     for number, (item, ox, oy, oz, dx, dy, dz, tmin, tmax, *expected) in enumerate(ANSWER.iter_unpack(answers)):
         if item >= len(asset.objects) or asset.objects[item] is None:
-            raise ValueError(f"answer {number} is of object {item}, which this reader cannot answer")
+            raise NotAnswered(f"answer {number} is of object {item}, which this reader cannot answer")
         logit, visible, certain = asset.objects[item].answer((ox, oy, oz), (dx, dy, dz), tmin, tmax)
         count += [logit, visible, certain, 0] != expected
     return count
@@ -62,7 +66,7 @@ def differing_hits(asset, hits):
         which, *ray = HIT_RAY.unpack_from(hits, at)
         if which not in scenes:
             if which != WHOLE and (which >= len(asset.objects) or asset.objects[which] is None):
-                raise ValueError(f"hit {at} is of object {which}, which this reader cannot answer")
+                raise NotAnswered(f"hit {at} is of object {which}, which this reader cannot answer")
             scenes[which] = whole_scene(asset) if which == WHOLE else object_scene(asset, which)
         expected = hits[at + HIT_RAY.size : at + SIZES[".hits"]]
         scene = scenes[which]
@@ -167,12 +171,13 @@ def flip(data, bit):
 
 
 def is_refused(data, queries=()):
-    """Anything but Refused is an error of this reader, and ends the program. queries: pairs of a kind and records."""
+    """True as well if an object is one that this reader cannot answer. Anything but these is an error of this reader, and ends
+    the program. queries: pairs of a kind and records."""
     try:
         asset = Asset(data)
         for query in queries:
             differing(asset, *query)
-    except Refused:
+    except (Refused, NotAnswered):
         return True
     return False
 
