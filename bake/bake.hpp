@@ -9,11 +9,11 @@
 #include <utility>
 #include <vector>
 
+#include "bake/bake_encodings.hpp"
 #include "bake/choice.hpp"
-#include "bake/encodings.hpp"
+#include "bake/ground_truth/evaluate.hpp"
+#include "bake/ground_truth/evaluate_hits.hpp"
 #include "bake/options.hpp"
-#include "bake/oracle/evaluate.hpp"
-#include "bake/oracle/hits.hpp"
 #include "formats/base/status.hpp"
 #include "formats/mesh/clean.hpp"
 #include "formats/nif/asset.hpp"
@@ -26,7 +26,7 @@ struct BakeProgress {
   std::string_view object;
   size_t object_index, object_count;
   double fraction;
-  double loss, error;  ///< while training: over recent ambiguous rays
+  double loss, error;  ///< while training: over recent open rays
 };
 using BakeCallback = std::function<void(const BakeProgress&)>;
 

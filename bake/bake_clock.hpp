@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "bake/bake.hpp"
-#include "bake/oracle/prepare.hpp"
+#include "bake/ground_truth/prepare.hpp"
 
 namespace nif::bake {
 

@@ -6,7 +6,7 @@
 
 #include "bake/checkpoint.hpp"
 #include "bake/options.hpp"
-#include "bake/spherical/describe.hpp"
+#include "bake/spherical/describe_spherical.hpp"
 #include "formats/nif/crc32c.hpp"
 
 namespace nif::bake {
@@ -44,7 +44,9 @@ BakeKey key_of(const mesh::Scene& scene, const BakeOptions& options, std::string
       options.source_triangles, options.colors, shown(options.max_bytes), shown(options.max_error),
       options.open_rays, shown(options.effort), options.evaluation_rays, options.scale,
       shown(options.resolution));
-  if (options.lean) text += fmt::format(" lean {} {}", name_of(options.lean->mistake), options.lean->rate);
+  if (options.error_limit)
+    text +=
+        fmt::format(" error_limit {} {}", name_of(options.error_limit->mistake), options.error_limit->rate);
   if (options.mix)
     for (const double share : *options.mix) text += fmt::format(" mix {}", share);
   for (const std::string& name : scene.choice.only) text += fmt::format(" only '{}'", name);

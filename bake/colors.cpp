@@ -10,9 +10,9 @@
 #include <optional>
 
 #include "bake/encoder.hpp"
-#include "bake/planes/polygon.hpp"
+#include "bake/planes/clipped_polygon.hpp"
 #include "bake/planes/voxelize.hpp"
-#include "kernels/reference/planes/colors.hpp"
+#include "kernels/reference/planes/voxel_colors.hpp"
 
 namespace nif::bake {
 namespace {

@@ -1,9 +1,9 @@
 // Computes the mean base colours of an object's surface, voxel by voxel.
 #pragma once
 
-#include "bake/oracle/prepare.hpp"
-#include "formats/nif/planes/colors.hpp"
-#include "kernels/reference/planes/field.hpp"
+#include "bake/ground_truth/prepare.hpp"
+#include "formats/nif/planes/colors_section.hpp"
+#include "kernels/reference/planes/planes_field.hpp"
 
 namespace nif::bake {
 

@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
-#include "bake/spherical/describe.hpp"
+#include "bake/spherical/describe_spherical.hpp"
 
 namespace nif::bake {
 namespace {
@@ -16,13 +16,13 @@ void describe(const format::PlanesView& view, nlohmann::ordered_json& json, nloh
   json["voxels"] = view.field.voxels;
   json["levels"] = view.field.levels;
   json["surface_voxels"] = view.field.surface_voxels;
-  json["parts"] = view.field.part_count;
+  json["parts"] = view.field.child_count;
 }
 
 std::string summary(const format::PlanesView& view) {
   const kernels::PlanesField& grid = view.field;
   return fmt::format("{} x {} x {} voxels, {} of them surface in {} parts", grid.voxels[0], grid.voxels[1],
-                     grid.voxels[2], grid.surface_voxels, grid.part_count);
+                     grid.voxels[2], grid.surface_voxels, grid.child_count);
 }
 
 void describe(const format::TrianglesView& view, nlohmann::ordered_json& json, nlohmann::ordered_json&) {
@@ -48,11 +48,11 @@ void describe(const format::NetworkView& view, nlohmann::ordered_json& json, nlo
 
 std::string summary(const format::NetworkView& view) {
   const int32_t threshold = view.field.network.calibration.threshold;
-  const std::string leans =
+  const std::string favours =
       threshold == 0
           ? ""
-          : fmt::format(", leans to {} by {}", threshold > 0 ? "occluded" : "visible", std::abs(threshold));
-  return fmt::format("{} corners{}", view.field.corners, leans);
+          : fmt::format(", favours {} by {}", threshold > 0 ? "occluded" : "visible", std::abs(threshold));
+  return fmt::format("{} corners{}", view.field.corners, favours);
 }
 
 const char* encoding_name(const format::ObjectView& object) {

@@ -1,4 +1,4 @@
-// What `nif info` prints about an asset's objects, by encoding (bake/encodings.hpp).
+// What `nif info` prints about an asset's objects, by encoding (bake/bake_encodings.hpp).
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

@@ -11,7 +11,7 @@
 
 #include "bake/bake.hpp"
 #include "bake/checkpoint.hpp"
-#include "bake/oracle/prepare.hpp"
+#include "bake/ground_truth/prepare.hpp"
 #include "formats/nif/writer.hpp"
 
 namespace nif::bake {

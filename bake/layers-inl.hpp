@@ -11,7 +11,7 @@
 
 #include <hwy/highway.h>
 
-#include "bake/network/trainer_kernels.hpp"
+#include "bake/network/network_trainer_kernels.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace nif::bake {

@@ -21,7 +21,7 @@ SetAccuracies measure_answers(const BakeRun& run, const Candidate& candidate, co
     stop_if(run.cancel);
     run.show(BakeProgress::Stage::measuring, candidate, 0.90 + 0.02 * double(set));
     sets[size_t(set)] =
-        evaluate(make_ray_set(source, set, count, options.seed + kMeasuringSeed), answer, source.oracle);
+        evaluate(make_ray_set(source, set, count, options.seed + kMeasuringSeed), answer, source.embree);
   }
   return sets;
 }
@@ -42,8 +42,8 @@ SetHits measure_hits(const BakeRun& run, const Candidate& candidate, const RaySo
   for (const RaySet set : kHitSets) {
     stop_if(run.cancel);
     run.show(BakeProgress::Stage::measuring, candidate, 0.99);
-    const LabelledRays rays = make_ray_set(source, set, count, options.seed + kMeasuringSeed);
-    sets[size_t(set)] = evaluate_hits(rays.segments, reference_finder(field), source.oracle, scale);
+    const RaysWithTruth rays = make_ray_set(source, set, count, options.seed + kMeasuringSeed);
+    sets[size_t(set)] = evaluate_hits(rays.segments, reference_finder(field), source.embree, scale);
   }
   return sets;
 }

@@ -6,7 +6,7 @@
 #include <span>
 #include <string_view>
 
-#include "formats/mesh/scene.hpp"
+#include "formats/mesh/mesh_scene.hpp"
 
 namespace nif::bake {
 

@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "bake/oracle/ray_sets.hpp"
+#include "bake/ground_truth/ray_sets.hpp"
 
 namespace nif::bake {
 

@@ -1,5 +1,5 @@
 // Converts names of presets and encodings from and to text, and prints the help about encodings. All that is
-// said about encodings comes from the list in bake/encodings.hpp, so a new one appears here by itself.
+// said about encodings comes from the list in bake/bake_encodings.hpp, so a new one appears here by itself.
 #include "bake/options.hpp"
 
 #include <fmt/format.h>

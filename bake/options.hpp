@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "bake/encodings.hpp"
+#include "bake/bake_encodings.hpp"
 #include "bake/mix.hpp"
 
 namespace nif::bake {

@@ -37,7 +37,7 @@ void prepare_objects(BakeRun& run) {
   run.size.set(objects.size(), format::section_bytes(result.asset));  // each object has its own number
   run.metadata_bytes =
       kMetadataBytes + kMetadataBytesPerObject * objects.size() + scene_bytes(run.scene, run.options, result);
-  if (run.options.lean) run.metadata_bytes += kMetadataBytesOfThreshold * objects.size();
+  if (run.options.error_limit) run.metadata_bytes += kMetadataBytesOfThreshold * objects.size();
   run.clock.emplace(objects, run.callback);
   run.candidates.reserve(objects.size());
   for (size_t i = 0; i < objects.size(); ++i)

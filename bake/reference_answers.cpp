@@ -3,8 +3,8 @@
 
 #include <variant>
 
-#include "kernels/reference/scene.hpp"
 #include "kernels/reference/scene_hit.hpp"
+#include "kernels/reference/scene_query.hpp"
 
 namespace nif::bake {
 namespace {

@@ -1,9 +1,9 @@
-// What the reference kernels answer about an object: what bake/oracle judges while an asset is made.
+// What the reference kernels answer about an object: what bake/ground_truth judges while an asset is made.
 #pragma once
 
-#include "bake/oracle/evaluate.hpp"
-#include "bake/oracle/hits.hpp"
-#include "kernels/reference/encodings.hpp"
+#include "bake/ground_truth/evaluate.hpp"
+#include "bake/ground_truth/evaluate_hits.hpp"
+#include "kernels/reference/reference_encodings.hpp"
 
 namespace nif::bake {
 

@@ -137,7 +137,8 @@ std::string make_metadata(const mesh::Scene& scene, const BakeOptions& options,
   if (options.colors) chosen["colors"] = true;
   if (options.max_bytes) chosen["max_bytes"] = *options.max_bytes;
   if (options.max_error) chosen["max_error"] = *options.max_error;
-  if (options.lean) chosen[fmt::format("max_{}", name_of(options.lean->mistake))] = options.lean->rate;
+  if (options.error_limit)
+    chosen[fmt::format("max_{}", name_of(options.error_limit->mistake))] = options.error_limit->rate;
   nlohmann::ordered_json json{{"tool", {{"name", "nifkit"}, {"version", NIF_VERSION_STRING}}},
                               {"seed", options.seed},
                               {"options", std::move(chosen)},

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "bake/oracle/ray_sets.hpp"
+#include "bake/ground_truth/ray_sets.hpp"
 
 namespace nif::bake {
 

@@ -3,7 +3,7 @@
 
 #include <cstddef>
 
-#include "kernels/reference/planes/field.hpp"
+#include "kernels/reference/planes/planes_field.hpp"
 
 namespace nif::bake {
 

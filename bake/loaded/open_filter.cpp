@@ -5,11 +5,11 @@
 
 #include <algorithm>
 
-#include "kernels/cpu/encodings/segment.hpp"
+#include "kernels/cpu/encodings/cpu_segment.hpp"
 #include "kernels/cpu/shared_copies.hpp"
 #include "kernels/reference/batch.hpp"
 #include "kernels/reference/object_kernel.hpp"
-#include "kernels/reference/planes/walk.hpp"
+#include "kernels/reference/planes/grid_traversal.hpp"
 
 namespace nif::bake {
 
@@ -46,10 +46,10 @@ OpenFilter::~OpenFilter() = default;
 
 void OpenFilter::select(std::span<const Segment> segments, std::vector<uint32_t>& open) const {
   if (!fast_) {
-    kernels::Walk walk;
+    kernels::FullTraversal traversal;
     for (uint32_t i = 0; i < segments.size(); ++i) {
-      kernels::walk_segment(field_, segments[i], walk);
-      if (walk.verdict == kernels::Verdict::ambiguous) open.push_back(i);
+      kernels::traverse_segment(field_, segments[i], traversal);
+      if (traversal.verdict == kernels::Verdict::open) open.push_back(i);
     }
     return;
   }

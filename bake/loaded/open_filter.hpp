@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "kernels/reference/network/field.hpp"
+#include "kernels/reference/network/network_field.hpp"
 #include "kernels/reference/ray.hpp"
 
 namespace nif::bake {

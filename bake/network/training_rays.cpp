@@ -142,10 +142,10 @@ class ChunkDrawer {
   }
 
   void keep(const Segment& segment, RaySet set) {
-    kernels::walk_segment(field_, segment, walk_);
+    kernels::traverse_segment(field_, segment, traversal_);
     // Without length, the intervals do not show where the surface is.
-    if (!(walk_.open_t > 0)) return;
-    kernels::place_samples(field_, walk_, placement_);
+    if (!(traversal_.open_t > 0)) return;
+    kernels::place_samples(field_, traversal_, placement_);
     uint32_t numbers[kernels::kMaxSamples];
     for (uint32_t j = 0; j < field_.samples; ++j) {
       numbers[j] = cells_.cell_of(placement_.points[j].voxel);
@@ -159,7 +159,7 @@ class ChunkDrawer {
     std::array<uint8_t, kernels::kGlobalInputs> globals;
     std::copy(std::begin(placement_.globals), std::end(placement_.globals), globals.begin());
     rays_.globals.push_back(globals);
-    rays_.visible.push_back(!source_.oracle.occluded(segment));
+    rays_.visible.push_back(!source_.embree.occluded(segment));
     rays_.set.push_back(uint8_t(set));
   }
 
@@ -171,7 +171,7 @@ class ChunkDrawer {
   TrainingRays& rays_;
   std::vector<Segment> candidates_;
   std::vector<uint32_t> open_;
-  kernels::Walk walk_;
+  kernels::FullTraversal traversal_;
   kernels::Placement placement_;
 };
 

@@ -6,7 +6,7 @@
 
 #include "bake/loaded/open_filter.hpp"
 #include "bake/mix.hpp"
-#include "bake/network/trainer_kernels.hpp"
+#include "bake/network/network_trainer_kernels.hpp"
 #include "kernels/reference/network/samples.hpp"
 
 namespace nif::bake {

@@ -10,7 +10,7 @@
 
 #include "formats/base/status.hpp"
 #include "formats/base/vector.hpp"
-#include "kernels/reference/planes/walk.hpp"
+#include "kernels/reference/planes/grid_traversal.hpp"
 
 namespace nif::bake {
 namespace {

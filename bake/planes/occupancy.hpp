@@ -3,9 +3,9 @@
 
 #include <string_view>
 
-#include "bake/oracle/closure.hpp"
+#include "bake/ground_truth/closure.hpp"
 #include "bake/planes/voxelize.hpp"
-#include "formats/nif/planes/part.hpp"
+#include "formats/nif/planes/planes_part.hpp"
 
 namespace nif::bake {
 

@@ -2,7 +2,7 @@
 // like those of an outer field, from rays of any source.
 #pragma once
 
-#include "bake/spherical/trainer.hpp"
+#include "bake/spherical/spherical_trainer.hpp"
 
 namespace nif::bake {
 

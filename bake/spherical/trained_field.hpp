@@ -9,8 +9,8 @@
 #include <atomic>
 #include <functional>
 
+#include "bake/spherical/spherical_trainer.hpp"
 #include "bake/spherical/trained_grid.hpp"
-#include "bake/spherical/trainer.hpp"
 
 namespace nif::bake {
 

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "bake/checkpoint.hpp"
-#include "bake/spherical/trainer_kernels.hpp"
+#include "bake/spherical/spherical_trainer_kernels.hpp"
 #include "formats/base/random.hpp"
-#include "kernels/reference/spherical/query.hpp"
+#include "kernels/reference/spherical/spherical_query.hpp"
 
 namespace nif::bake {
 

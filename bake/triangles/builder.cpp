@@ -9,7 +9,7 @@
 #include <cmath>
 #include <vector>
 
-#include "bake/oracle/embree_scene.hpp"
+#include "bake/ground_truth/embree_scene.hpp"
 #include "bake/triangles/order.hpp"
 #include "formats/base/status.hpp"
 #include "formats/mesh/box.hpp"

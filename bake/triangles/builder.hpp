@@ -1,10 +1,10 @@
-// Builds the compact BVH of a `bvh` object (kernels/reference/triangles/field.hpp).
+// Builds the compact BVH of a `bvh` object (kernels/reference/triangles/triangles_field.hpp).
 #pragma once
 
 #include <span>
 #include <vector>
 
-#include "formats/mesh/scene.hpp"
+#include "formats/mesh/mesh_scene.hpp"
 #include "formats/nif/asset.hpp"
 
 namespace nif::bake {

@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "formats/mesh/scene.hpp"
+#include "formats/mesh/mesh_scene.hpp"
 #include "formats/nif/triangles/pack.hpp"
 
 namespace nif::bake {

@@ -85,9 +85,9 @@ rows >"$out/rows"
   printf 'weights of the counts, in nanoseconds, by least squares of relative errors over the times of the AVX-512 kernels:\n'
   printf 'medians of 15 rounds of `nif bench FIELD --against BVH --threads 1 --rays %s`, preset `balanced`.\n' "$rays"
   printf 'Counts of leaves are not used: they grow with those of nodes, and the fit gave them a negative weight.\n'
-  printf '"By the baker" are the weights that the baker had during this run (`nanoseconds()` in `bake/*/encoder.cpp`).\n'
+  printf '"By the baker" are the weights that the baker had during this run (`nanoseconds()` in `bake/encodings/*.cpp`).\n'
   printf '\n## Fields\n'
-  table segment pieces 'rays that ask the network'
+  table segment cubes 'rays that ask the network'
   printf '\n## BVHs\n'
   table bvh nodes ''
 } >docs/results/work.md.new

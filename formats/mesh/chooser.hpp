@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include "formats/mesh/choice.hpp"
 #include "formats/mesh/input.hpp"
+#include "formats/mesh/mesh_choice.hpp"
 
 namespace nif::mesh::detail {
 

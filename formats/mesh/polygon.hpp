@@ -9,7 +9,7 @@
 #include "formats/base/orientation.hpp"
 #include "formats/base/vector.hpp"
 #include "formats/mesh/blockers.hpp"
-#include "formats/mesh/scene.hpp"
+#include "formats/mesh/mesh_scene.hpp"
 
 namespace nif::mesh::detail {
 

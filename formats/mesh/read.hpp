@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "formats/base/status.hpp"
-#include "formats/mesh/choice.hpp"
-#include "formats/mesh/scene.hpp"
+#include "formats/mesh/mesh_choice.hpp"
+#include "formats/mesh/mesh_scene.hpp"
 
 namespace nif::mesh {
 

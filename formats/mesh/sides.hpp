@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "formats/mesh/scene.hpp"
+#include "formats/mesh/mesh_scene.hpp"
 
 namespace nif::mesh {
 

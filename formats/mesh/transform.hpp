@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "formats/base/vector.hpp"
-#include "formats/mesh/scene.hpp"
+#include "formats/mesh/mesh_scene.hpp"
 
 namespace nif::mesh {
 

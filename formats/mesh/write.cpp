@@ -13,7 +13,7 @@
 #include "formats/base/file_name.hpp"
 #include "formats/mesh/draco_writer.hpp"
 #include "formats/mesh/flat_scene.hpp"
-#include "formats/mesh/gltf/writer.hpp"
+#include "formats/mesh/gltf/gltf_writer.hpp"
 #include "formats/mesh/ply_writer.hpp"
 #include "formats/mesh/stream.hpp"
 #include "formats/mesh/text_writers.hpp"

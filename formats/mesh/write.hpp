@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "formats/base/status.hpp"
-#include "formats/mesh/scene.hpp"
+#include "formats/mesh/mesh_scene.hpp"
 
 namespace nif::mesh {
 

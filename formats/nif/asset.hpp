@@ -20,7 +20,7 @@ struct Object {
   uint32_t triangle_count = 0;  ///< triangles of the source mesh, after cleaning
   uint32_t level = 0;           ///< above 0: a coarser stand-in for the next object, which is a level below
   float error = 0;              ///< as in ObjectRecord
-  // Its parts. There must be an encoding with exactly these (kernels/reference/encodings.hpp).
+  // Its parts. There must be an encoding with exactly these (kernels/reference/reference_encodings.hpp).
   std::optional<PlanesData> planes;
   std::optional<TrianglesData> triangles;
   std::optional<NetworkData> network;

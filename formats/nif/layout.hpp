@@ -1,5 +1,5 @@
 // The bytes of a .nif file that are the same for every encoding, version 2. docs/format.md explains them; the
-// two must agree. Records of a part are in its folder (formats/nif/network/part.hpp and so on).
+// two must agree. Records of a part are in its folder (formats/nif/network/network_part.hpp and so on).
 //
 // Little-endian; the structures below are stored as they are (all members are naturally aligned, no padding).
 #pragma once

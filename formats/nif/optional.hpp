@@ -12,8 +12,8 @@
 
 #include <tuple>
 
-#include "formats/nif/planes/colors.hpp"
-#include "formats/nif/spherical/primary.hpp"
+#include "formats/nif/planes/colors_section.hpp"
+#include "formats/nif/spherical/primary_section.hpp"
 #include "formats/nif/triangles/numbers.hpp"
 
 namespace nif::format {

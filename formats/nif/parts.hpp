@@ -1,7 +1,7 @@
 // The list of parts that objects in a .nif file may have, and what is built from it. docs/adding-a-part.md
 // shows how to add one.
 //
-// Each structure in the list is in formats/nif/<part>/part.hpp and has
+// Each structure in the list is in formats/nif/<part>/<part>_part.hpp and has
 // - kName: the part's name in texts;
 // - Record, and kRecords: the type of the section of its records. If any object has the part, a file has the
 //   section, else not;
@@ -22,11 +22,11 @@
 
 #include <tuple>
 
-#include "formats/nif/network/part.hpp"
-#include "formats/nif/planes/part.hpp"
-#include "formats/nif/spherical/part.hpp"
-#include "formats/nif/triangles/part.hpp"
-#include "kernels/reference/encodings.hpp"
+#include "formats/nif/network/network_part.hpp"
+#include "formats/nif/planes/planes_part.hpp"
+#include "formats/nif/spherical/spherical_part.hpp"
+#include "formats/nif/triangles/triangles_part.hpp"
+#include "kernels/reference/reference_encodings.hpp"
 
 namespace nif::format {
 

@@ -75,7 +75,7 @@ namespace nif::format {
   RULE(304, levels_range, damaged_nif, "levels is out of range")                                           \
   RULE(305, voxels_range, damaged_nif, "voxels is out of range")                                           \
   RULE(306, mixed_bricks_range, damaged_nif, "mixed_bricks is out of range")                               \
-  RULE(307, part_count_range, damaged_nif, "part_count is out of range")                                   \
+  RULE(307, child_count_range, damaged_nif, "child_count is out of range")                                 \
   RULE(308, unknown_forms, damaged_nif, "forms has unknown bits")                                          \
   RULE(309, kinds_not_coded, damaged_nif, "forms states kinds of cells that are not coded")                \
   RULE(310, decoded_size, damaged_nif,                                                                     \
@@ -92,10 +92,10 @@ namespace nif::format {
   RULE(320, normal_range, damaged_nif, "a normal is out of range")                                         \
   RULE(321, plane_order, damaged_nif, "a cell's lower plane is not below its upper plane")                 \
   RULE(322, cut_too_often, damaged_nif, "a voxel is cut more often than levels says")                      \
-  RULE(323, no_parts, damaged_nif, "a cell is cut in no parts")                                            \
-  RULE(324, part_order, damaged_nif, "links do not name all parts in order")                               \
-  RULE(325, part_of_no_cell, damaged_nif, "a part belongs to no cell")                                     \
-  RULE(326, part_count, damaged_nif, "part_count is not the number of parts that links name")              \
+  RULE(323, no_children, damaged_nif, "a cell is cut into no children")                                    \
+  RULE(324, child_order, damaged_nif, "links do not name all children in order")                           \
+  RULE(325, child_of_no_cell, damaged_nif, "a child belongs to no cell")                                   \
+  RULE(326, child_count, damaged_nif, "child_count is not the number of children that links name")         \
   RULE(327, sides_joined, damaged_nif, "planes join what is outside with what is inside")                  \
   RULE(328, side_not_proven, damaged_nif,                                                                  \
        "a cell has a side that its planes and its neighbours do not prove")                                \

@@ -230,7 +230,7 @@ class MetadataCheck {
                                   {"voxels", Kind::array, false},
                                   {"networks", Kind::count, false},
                                   {"primary_rays", Kind::count, false},
-                                  {"lean", Kind::object, false}};
+                                  {"error_limit", Kind::object, false}};
     for (size_t i = 0; i < objects.size(); ++i) {
       const std::string path = "/objects/" + std::to_string(i);
       const Json& described = objects[i];
@@ -258,10 +258,10 @@ class MetadataCheck {
     differs("bias", object.bias);
     if (const kernels::PlanesField* grid = format::grid_of(object)) differs("voxels", grid->voxels);
     if (object.spherical) differs("networks", object.spherical->network);
-    if (const Json* lean = member(described, "lean"); lean && object.network) {
-      const Json* threshold = member(*lean, "threshold");
+    if (const Json* limit = member(described, "error_limit"); limit && object.network) {
+      const Json* threshold = member(*limit, "threshold");
       if (threshold && *threshold != object.network->field.network.calibration.threshold)
-        findings_.add(Advice::metadata_other_object, place_of(path + "/lean/threshold"),
+        findings_.add(Advice::metadata_other_object, place_of(path + "/error_limit/threshold"),
                       "is not what the network's record says");
     }
     constexpr uint32_t kMany = 0xffffffffu;

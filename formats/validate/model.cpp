@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "formats/base/collinear.hpp"
-#include "formats/nif/network/corners.hpp"
-#include "formats/nif/planes/check.hpp"
+#include "formats/nif/network/network_corners.hpp"
+#include "formats/nif/planes/check_planes.hpp"
 #include "formats/validate/validate.hpp"
 #include "kernels/reference/instance.hpp"
 
@@ -47,7 +47,8 @@ void check_kinds(const PlanesField& grid, const std::string& place, Findings& fi
   };
   uint64_t count = 0;
   for (uint32_t i = 0; i < grid.surface_voxels; ++i) count += says_less(grid.voxel_records[i], i);
-  for (uint32_t i = 0; i < grid.part_count; ++i) count += says_less(grid.parts[i], grid.surface_voxels + i);
+  for (uint32_t i = 0; i < grid.child_count; ++i)
+    count += says_less(grid.children[i], grid.surface_voxels + i);
   if (count > 0)
     findings.add(Advice::kind_says_less, place,
                  std::to_string(count) + " cells say less than their planes and their neighbours prove");

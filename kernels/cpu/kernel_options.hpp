@@ -3,7 +3,7 @@
 
 #include "kernels/cpu/isa.hpp"
 #include "kernels/cpu/shared_copies.hpp"
-#include "kernels/packed/walk_grid.hpp"
+#include "kernels/packed/traversal_grid.hpp"
 #include "kernels/reference/object_kernel.hpp"
 
 namespace nif::kernels::cpu {
@@ -12,7 +12,7 @@ struct KernelOptions {
   Isa isa;                                          ///< must be available()
   std::pmr::memory_resource* memory;                ///< must outlive the kernel
   SharedCopies& copies;                             ///< of the object's asset; must outlive the kernel
-  size_t most_without_bricks = kMostWithoutBricks;  ///< as for WalkGrid
+  size_t most_without_bricks = kMostWithoutBricks;  ///< as for TraversalGrid
 };
 
 }  // namespace nif::kernels::cpu

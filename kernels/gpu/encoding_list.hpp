@@ -10,7 +10,7 @@
 //                                    an object's answer, computed by one thread for its ray; kKinds are the
 //                                    kinds that may occur, and `kind` the object's own, both counted from the
 //                                    encoding's first bit
-//   walk(object, ray, column, item, answer)
+//   traverse(object, ray, column, item, answer)
 //                                    the traversal of the pipeline: returns true if there is an answer, false
 //                                    if a network must decide; then all of `item` is set but its instance
 //   intersect(thread, object, kind, ray, limit, row)

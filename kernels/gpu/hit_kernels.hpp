@@ -59,7 +59,7 @@ NIF_HOST_DEVICE NIF_LONG_INLINE SceneHit intersect_scene(const Thread& thread, c
         shortened.tmax = min_of(nearest.high, ray.tmax);
         return children_met(node, shortened, prepared);
       });
-      if (number == kNoPlace) return nearest;
+      if (number == kNoBox) return nearest;
       if (!lets_in(scene, query, i, number)) continue;
     }
     const PlacedInstance& instance = scene.instances[number];

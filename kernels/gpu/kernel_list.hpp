@@ -2,7 +2,7 @@
 // table, and what the GPU module loads from a driver.
 #pragma once
 
-#include "kernels/gpu/encodings.hpp"
+#include "kernels/gpu/gpu_encodings.hpp"
 
 /// KERNEL(name, kinds, blocks): nif_scene_NAME and nif_scene_NAME_details, for scenes of these kinds of
 /// objects; kernels for fewer kinds come first. `blocks`: minimum resident blocks per NVIDIA multiprocessor,
@@ -13,9 +13,9 @@
   KERNEL(bvh, kBvhObject, 16)       \
   KERNEL(any, kAnyKind, 8)
 
-/// KERNEL(name, kinds, blocks): nif_pipeline_walk_NAME and nif_pipeline_walk_NAME_details, likewise.
-#define NIF_WALK_KERNELS(KERNEL) \
-  KERNEL(segment, kSegments, 6)  \
+/// KERNEL(name, kinds, blocks): nif_pipeline_traverse_NAME and nif_pipeline_traverse_NAME_details, likewise.
+#define NIF_TRAVERSAL_KERNELS(KERNEL) \
+  KERNEL(segment, kSegments, 6)       \
   KERNEL(any, kAnyKind, 1)
 
 /// STAGE(number, name, threads, blocks, inner, function): the kernel nif_pipeline_NAME answers the items of a

@@ -24,7 +24,7 @@ struct ObjectAnswer {
 /// An object of a scene. In device memory, like everything that it points to.
 struct SceneObject {
   const void* field;  ///< its encoding's Field
-  uint32_t kind;      ///< one bit: the kind of object (encodings.hpp)
+  uint32_t kind;      ///< one bit: the kind of object (gpu_encodings.hpp)
   uint32_t widest;    ///< encoding-specific: neurons of the widest layer that rows have room for
   uint32_t lists[2];  ///< of the pipeline: for items of the encoding's first sort, and of its second
   Calibration calibration;

@@ -1,7 +1,8 @@
 // Answers a whole scene by the pipeline of the paper (Fujieda, Kao and Harada 2023), with the bits of
 // scene_answer():
 //
-// 1. pipeline_walk(): a thread takes its ray through the top level and the objects' occupancy until the ray
+// 1. pipeline_traverse(): a thread takes its ray through the top level and the objects' occupancy until the
+// ray
 //    is answered or a network must decide. Such a ray becomes an item of work. Items are stored without gaps,
 //    and each has a place in the list of its object and field.
 // 2. pipeline_offsets() and pipeline_order(): sort items by list, each list starting at a new tile. A scene
@@ -10,7 +11,7 @@
 // 3. Networks: blocks take tiles, load a list's network once, gather the inputs of its items and evaluate the
 //    network for a wave's items at once, by matrix instructions. Networks that do not fit, and rays with more
 //    intervals than items have room for, go to pipeline_alone(), one thread per item.
-// 4. In scenes of several instances that is one round: pipeline_walk() combines the answers and continues
+// 4. In scenes of several instances that is one round: pipeline_traverse() combines the answers and continues
 //    with the rays that are not decided yet. Rays that are left after some rounds go to scene_answer().
 //
 // The order of items is left to chance. Each item names its ray, and nothing in it depends on its neighbours,
@@ -22,29 +23,29 @@
 
 namespace nif::kernels::gpu {
 
-/// Asks one object of the kinds in a set, like Encoding::walk().
+/// Asks one object of the kinds in a set, like Encoding::traverse().
 template <uint32_t kKinds, class Encoding, class... Others>
-NIF_HOST_DEVICE NIF_INLINE bool walk_one_of(EncodingList<Encoding, Others...>, const SceneObject& object,
-                                            const Segment& ray, uint32_t* column, OpenItem& item,
-                                            ObjectAnswer& answer) {
+NIF_HOST_DEVICE NIF_INLINE bool traverse_one_of(EncodingList<Encoding, Others...>, const SceneObject& object,
+                                                const Segment& ray, uint32_t* column, OpenItem& item,
+                                                ObjectAnswer& answer) {
   constexpr uint32_t kOwn = kKinds & kKindsOf<Encoding>, kRest = kKinds & ~kOwn;
   if constexpr (kOwn != 0)
-    if (kRest == 0 || (object.kind & kOwn) != 0) return Encoding::walk(object, ray, column, item, answer);
+    if (kRest == 0 || (object.kind & kOwn) != 0) return Encoding::traverse(object, ray, column, item, answer);
   if constexpr (kRest != 0)
-    return walk_one_of<kRest>(EncodingList<Others...>(), object, ray, column, item, answer);
+    return traverse_one_of<kRest>(EncodingList<Others...>(), object, ray, column, item, answer);
   return true;
 }
 
 /// Asks one instance, for a ray in world space. Returns false if a network must decide: then `item` describes
 /// the question. `column` is the thread's own, of words kBlockThreads apart.
 template <uint32_t kKinds, bool kDetails>
-NIF_HOST_DEVICE bool walk_instance(const SceneArrays& scene, uint32_t number, const Segment& ray,
-                                   uint32_t* column, OpenItem& item, ObjectAnswer& answer) {
+NIF_HOST_DEVICE bool traverse_instance(const SceneArrays& scene, uint32_t number, const Segment& ray,
+                                       uint32_t* column, OpenItem& item, ObjectAnswer& answer) {
   const PlacedInstance& instance = scene.instances[number];
   const SceneObject& object = scene.objects[instance.object];
   const Segment local = instance.identity ? ray : to_object(instance.to_object, ray);
   item.instance = number;
-  if (!walk_one_of<kKinds>(Encodings(), object, local, column, item, answer)) return false;
+  if (!traverse_one_of<kKinds>(Encodings(), object, local, column, item, answer)) return false;
   to_world<kDetails>(instance, object.reach_scale, ray, local, answer);
   return true;
 }
@@ -59,8 +60,8 @@ NIF_HOST_DEVICE void copy_way(const SceneWay& way, SceneWay& to) {
 /// Advances one ray until it is answered, or to the next network: then returns false, and `item` and `way`
 /// say what to ask and where to continue. `at` is the ray, or its item in the previous round.
 template <uint32_t kKinds, bool kDetails>
-NIF_HOST_DEVICE bool walk_on(const PipelineWork& work, uint32_t at, uint32_t* column, uint32_t& number,
-                             OpenItem& item, SceneWay& way) {
+NIF_HOST_DEVICE bool traverse_on(const PipelineWork& work, uint32_t at, uint32_t* column, uint32_t& number,
+                                 OpenItem& item, SceneWay& way) {
   const SceneArrays& scene = work.scene;
   const SceneQuery& query = work.query;
   const bool with_probability = kDetails && query.probability;
@@ -69,7 +70,7 @@ NIF_HOST_DEVICE bool walk_on(const PipelineWork& work, uint32_t at, uint32_t* co
   SceneAnswer result;
   if (scene.instance_count == 1) {
     ObjectAnswer answer;
-    if (!walk_instance<kKinds, kDetails>(scene, scene.sole, ray, column, item, answer)) return false;
+    if (!traverse_instance<kKinds, kDetails>(scene, scene.sole, ray, column, item, answer)) return false;
     store_answer<kDetails>(
         query, number,
         only_answer(answer, scene.objects[scene.instances[scene.sole].object].calibration, with_probability));
@@ -87,7 +88,7 @@ NIF_HOST_DEVICE bool walk_on(const PipelineWork& work, uint32_t at, uint32_t* co
     done = !start_way(scene, ray, prepared, way, result);
   }
   const auto ask = [&](uint32_t instance, ObjectAnswer& answer) {
-    return walk_instance<kKinds, kDetails>(scene, instance, ray, column, item, answer);
+    return traverse_instance<kKinds, kDetails>(scene, instance, ray, column, item, answer);
   };
   const auto meets = [](uint32_t) { return true; };  // queries with masks do not use the pipeline
   if (!done && !follow_scene<kDetails>(scene, ray, prepared, with_probability, way, meets, ask, result))
@@ -116,7 +117,7 @@ NIF_HOST_DEVICE uint32_t append_to(const Thread& thread, bool wanted, uint32_t l
 /// Answers what needs no network, and lists the rest. Any number of blocks of kBlockThreads; shared memory
 /// holds as many words per thread as the encodings' traversals need.
 template <uint32_t kKinds, bool kDetails, class Thread>
-NIF_HOST_DEVICE void pipeline_walk(const Thread& thread, const PipelineWork& work) {
+NIF_HOST_DEVICE void pipeline_traverse(const Thread& thread, const PipelineWork& work) {
   const PipelineItems& items = work.items;
   const PipelineMemory& memory = work.memory;
   uint32_t* const column = reinterpret_cast<uint32_t*>(thread.shared()) + thread.index();
@@ -128,7 +129,7 @@ NIF_HOST_DEVICE void pipeline_walk(const Thread& thread, const PipelineWork& wor
     OpenItem open{};
     SceneWay way{};
     const bool wanted = thread.index() < count - first &&
-                        !walk_on<kKinds, kDetails>(work, first + thread.index(), column, ray, open, way);
+                        !traverse_on<kKinds, kDetails>(work, first + thread.index(), column, ray, open, way);
     const uint32_t place = append_to(thread, wanted, open.list, items.counts + 1);
     uint32_t item = open.list == 0 ? place : memory.capacity - 1 - place;
     if (memory.order) item = append(thread, wanted, items.counts);

@@ -3,7 +3,7 @@
 
 #include "kernels/gpu/maths.hpp"
 #include "kernels/gpu/object.hpp"
-#include "kernels/reference/scene.hpp"
+#include "kernels/reference/scene_query.hpp"
 #include "kernels/reference/top_level.hpp"
 
 namespace nif::kernels::gpu {

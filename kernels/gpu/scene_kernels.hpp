@@ -7,7 +7,7 @@
 // same word of all rows lies in different banks.
 #pragma once
 
-#include "kernels/gpu/encodings.hpp"
+#include "kernels/gpu/gpu_encodings.hpp"
 #include "kernels/gpu/scene_way.hpp"
 #include "kernels/gpu/shim.hpp"
 

@@ -42,7 +42,7 @@ NIF_HOST_DEVICE NIF_INLINE bool follow_scene(const SceneArrays& scene, const Seg
   const auto met = [&](const TopNode& node) { return children_met(node, ray, prepared); };
   for (;;) {
     const uint32_t number = next_instance(scene.nodes, way.cursor, met);
-    if (number == kNoPlace) break;
+    if (number == kNoBox) break;
     if (!meets(number)) continue;
     ObjectAnswer answer;
     if (!ask(number, answer)) return false;

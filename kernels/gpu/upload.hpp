@@ -54,7 +54,7 @@ class Arena {
 struct ObjectPlan {
   SceneObject object{};               ///< without its field, lists, scales and number
   uint32_t row_words = 0;             ///< of shared memory, for a thread that answers its ray alone
-  uint32_t walk_words = 0;            ///< and for a thread of the pipeline's traversal
+  uint32_t traversal_words = 0;       ///< and for a thread of the pipeline's traversal
   Stage stages[2]{kStages, kStages};  ///< for both sorts of items; kStages: none
   uint32_t stage_bytes = 0;           ///< of shared memory, for a block of either stage except kAlone
   PipelineList list{};                ///< template of its lists, without the field

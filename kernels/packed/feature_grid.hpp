@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "kernels/packed/corner_bricks.hpp"
-#include "kernels/reference/network/field.hpp"
+#include "kernels/reference/network/network_field.hpp"
 
 namespace nif::kernels::cpu {
 

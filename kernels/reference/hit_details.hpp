@@ -2,7 +2,7 @@
 // hit is written.
 #pragma once
 
-#include "kernels/reference/planes/colors.hpp"
+#include "kernels/reference/planes/voxel_colors.hpp"
 #include "kernels/reference/triangles/source_triangles.hpp"
 
 namespace nif::kernels {

@@ -49,8 +49,8 @@ inline constexpr size_t kKernelScratchBytes = 512 * 1024;
 
 /// Memory that a kernel holds besides the field that it was made from.
 struct BuiltBytes {
-  size_t walk_words = 0;     ///< kernels/packed/walk_words.hpp
-  size_t corner_bricks = 0;  ///< kernels/packed/corner_bricks.hpp
+  size_t traversal_words = 0;  ///< kernels/packed/traversal_words.hpp
+  size_t corner_bricks = 0;    ///< kernels/packed/corner_bricks.hpp
 };
 
 class ObjectKernel {

@@ -11,14 +11,14 @@ namespace nif::kernels {
 
 inline constexpr uint32_t kTopWidth = 4;
 inline constexpr uint32_t kTopLeaf = 0x80000000u;
-inline constexpr uint32_t kNoPlace = 0xffffffffu;
+inline constexpr uint32_t kNoBox = 0xffffffffu;
 
 /// The boxes of the instances are the innermost children and stored nowhere else.
 struct alignas(64) TopNode {
   float min[3][kTopWidth], max[3][kTopWidth];  ///< inverted if there is no child
   uint32_t child[kTopWidth];                   ///< a node, or kTopLeaf | instance
   uint32_t lanes;                              ///< a bit for each existing child
-  uint32_t parent;                             ///< index of this node in its parent; kNoPlace for the root
+  uint32_t parent;                             ///< index of this node in its parent; kNoBox for the root
 };
 static_assert(sizeof(TopNode) == 128);
 
@@ -29,7 +29,7 @@ struct PlacedInstance {
   uint32_t unproven : 1;          ///< its file proves nothing: no answer about it is certain
   uint32_t identity : 1;          ///< rays need no transform
   uint32_t well_conditioned : 1;  ///< the inverse is as good as its rounding to float
-  uint32_t place;  ///< of its box in the hierarchy: kTopWidth * node + child; kNoPlace if it has none
+  uint32_t place;  ///< of its box in the hierarchy: kTopWidth * node + child; kNoBox if it has none
   uint32_t mask;   ///< a ray meets it only if their masks have a bit in common
 };
 static_assert(sizeof(PlacedInstance) == 72);

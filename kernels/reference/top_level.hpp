@@ -13,7 +13,7 @@ struct Cursor {
   uint32_t node;
 };
 
-/// The next instance whose box the ray may meet, or kNoPlace after the last. may_meet(node) returns the
+/// The next instance whose box the ray may meet, or kNoBox after the last. may_meet(node) returns the
 /// children of a node that the ray may meet, as bits; a ray starts with those of the root.
 template <class MayMeet>
 NIF_HOST_DEVICE inline uint32_t next_instance(const TopNode* nodes, Cursor& cursor, const MayMeet& may_meet) {
@@ -35,7 +35,7 @@ NIF_HOST_DEVICE inline uint32_t next_instance(const TopNode* nodes, Cursor& curs
     trail = trail << 4 | may_meet(nodes[at]);
   }
   cursor = {0, at};
-  return kNoPlace;
+  return kNoBox;
 }
 
 /// The box of a node's child.

@@ -9,8 +9,8 @@
 #include <cmath>
 #include <limits>
 
-#include "bake/oracle/embree_scene.hpp"
-#include "bake/oracle/evaluate.hpp"
+#include "bake/ground_truth/embree_scene.hpp"
+#include "bake/ground_truth/evaluate.hpp"
 #include "formats/base/random.hpp"
 
 namespace nif::compare {
@@ -165,11 +165,11 @@ Distance distance(const CleanMesh& from, const CleanMesh& to, uint64_t samples, 
   return drawn;
 }
 
-Visibility visibility(const bake::GroundTruth& first, const bake::Oracle& second, bake::RaySet set,
+Visibility visibility(const bake::GroundTruth& first, const bake::EmbreeTruth& second, bake::RaySet set,
                       uint64_t rays, uint64_t seed) {
-  const bake::LabelledRays labelled = bake::make_ray_set(first.source(), set, rays, seed);
+  const bake::RaysWithTruth drawn = bake::make_ray_set(first.source(), set, rays, seed);
   const bake::Accuracy found = bake::evaluate(
-      labelled,
+      drawn,
       [&](std::span<const bake::Segment> segments, const bake::Answers& answers) {
         for (size_t i = 0; i < segments.size(); ++i) {
           answers.visible[i] = !second.occluded(segments[i]);
@@ -177,7 +177,7 @@ Visibility visibility(const bake::GroundTruth& first, const bake::Oracle& second
           answers.probability[i] = answers.visible[i];
         }
       },
-      first.source().oracle);
+      first.source().embree);
   return {set, found.rays, found.leak, found.spurious};
 }
 

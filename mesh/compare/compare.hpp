@@ -5,7 +5,7 @@
 #include <functional>
 #include <vector>
 
-#include "bake/oracle/prepare.hpp"
+#include "bake/ground_truth/prepare.hpp"
 
 namespace nif::compare {
 
@@ -33,7 +33,7 @@ struct Visibility {
 
 /// Uses the ray sets of `first`, with `rays` rays each, drawn from the seed and answered by Embree on both
 /// meshes. The `sun` set uses the picture of `first`.
-Visibility visibility(const bake::GroundTruth& first, const bake::Oracle& second, bake::RaySet set,
+Visibility visibility(const bake::GroundTruth& first, const bake::EmbreeTruth& second, bake::RaySet set,
                       uint64_t rays, uint64_t seed);
 
 }  // namespace nif::compare

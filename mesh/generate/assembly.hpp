@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "formats/base/vector.hpp"
+#include "formats/mesh/mesh_scene.hpp"
 #include "formats/mesh/mesh_source.hpp"
-#include "formats/mesh/scene.hpp"
 #include "mesh/generate/ring.hpp"
 
 namespace nif::generate {

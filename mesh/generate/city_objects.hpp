@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "formats/base/random.hpp"
-#include "formats/mesh/scene.hpp"
+#include "formats/mesh/mesh_scene.hpp"
 #include "mesh/generate/assembly.hpp"
 
 namespace nif::generate {

@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "formats/base/vector.hpp"
-#include "formats/mesh/scene.hpp"
+#include "formats/mesh/mesh_scene.hpp"
 #include "mesh/generate/turn.hpp"
 
 namespace nif::generate {

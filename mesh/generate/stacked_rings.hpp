@@ -5,7 +5,7 @@
 
 #include <cstdint>
 
-#include "formats/mesh/scene.hpp"
+#include "formats/mesh/mesh_scene.hpp"
 
 namespace nif::generate {
 

@@ -6,7 +6,7 @@
 #include <functional>
 #include <optional>
 
-#include "formats/mesh/scene.hpp"
+#include "formats/mesh/mesh_scene.hpp"
 
 namespace nif::halfedge {
 

@@ -2,7 +2,7 @@
 // become tens of objects. Copies of a mesh take memory again, so there is a budget for them.
 #pragma once
 
-#include "formats/mesh/scene.hpp"
+#include "formats/mesh/mesh_scene.hpp"
 
 namespace nif::mesh {
 

@@ -5,7 +5,7 @@
 #include <atomic>
 #include <cstdint>
 
-#include "formats/mesh/scene.hpp"
+#include "formats/mesh/mesh_scene.hpp"
 #include "mesh/cgal/cgal.hpp"
 
 namespace nif::repair {

@@ -1,7 +1,7 @@
 // Merges vertices that are almost at the same position. Internal to mesh/repair.
 #pragma once
 
-#include "formats/mesh/scene.hpp"
+#include "formats/mesh/mesh_scene.hpp"
 
 namespace nif::repair {
 

@@ -5,7 +5,7 @@
 #include <memory>
 #include <span>
 
-#include "formats/mesh/scene.hpp"
+#include "formats/mesh/mesh_scene.hpp"
 #include "kernels/reference/ray.hpp"
 
 namespace nif::volume {

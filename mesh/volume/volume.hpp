@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "formats/mesh/scene.hpp"
+#include "formats/mesh/mesh_scene.hpp"
 
 namespace nif::volume {
 

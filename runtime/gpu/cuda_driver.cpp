@@ -78,7 +78,7 @@ struct CudaCalls : SharedCalls {
   }
 };
 
-/// Returns the best code for a card: compiled for it, else for an older card of its generation, else PTX,
+/// Returns the best code for a GPU: compiled for it, else for an older GPU of its generation, else PTX,
 /// which the driver compiles. Null if none fits.
 const Image* image_for(int major, int minor) {
   const Image* best = nullptr;
@@ -103,7 +103,7 @@ class CudaContext final : public LibraryContext {
  public:
   CudaContext(const CudaCalls& calls, int ordinal, int device, const Image& image)
       : LibraryContext(calls), calls_(calls), ordinal_(ordinal), device_(device) {
-    check(calls_.retain_context(&context_, device), "starting to use the card");
+    check(calls_.retain_context(&context_, device), "starting to use the GPU");
     try {
       const Current current(*this);
       const int result = load_image(image.data);
@@ -112,7 +112,7 @@ class CudaContext final : public LibraryContext {
                        "the NVIDIA driver is too old for these kernels: " + text_of(result));
       if (result == kNoBinary)
         throw GpuError(NIF_ERROR_NOT_AVAILABLE,
-                       "the GPU module has no kernels for this card: " + text_of(result));
+                       "the GPU module has no kernels for this GPU: " + text_of(result));
       check(result, "loading kernels");
     } catch (...) {
       calls_.release_context(device_);
@@ -124,7 +124,7 @@ class CudaContext final : public LibraryContext {
     calls_.release_context(device_);
   }
 
-  void enter() override { check(calls_.push_context(context_), "turning to the card"); }
+  void enter() override { check(calls_.push_context(context_), "turning to the GPU"); }
   void leave() noexcept override {
     void* ignored;
     calls_.pop_context(&ignored);
@@ -169,9 +169,9 @@ class CudaDriver final : public Driver {
   const char* backend() const override { return "cuda"; }
   uint32_t count() override { return count_; }
 
-  CardDescription describe(uint32_t card) override {
-    const int device = device_of(card);
-    CardDescription about;
+  GpuProperties describe(uint32_t gpu) override {
+    const int device = device_of(gpu);
+    GpuProperties about;
     char name[256] = "";
     size_t bytes = 0;
     calls_.device_name(name, sizeof(name), device);
@@ -185,23 +185,23 @@ class CudaDriver final : public Driver {
     return about;
   }
 
-  std::string trouble(uint32_t card) override {
-    const auto [major, minor] = capability(device_of(card));
+  std::string trouble(uint32_t gpu) override {
+    const auto [major, minor] = capability(device_of(gpu));
     if (image_for(major, minor)) return "";
     return "the GPU module has no kernels for sm_" + std::to_string(10 * major + minor) + "; it has" +
            std::string(image_names());
   }
 
-  std::unique_ptr<Context> open(uint32_t card) override {
-    const int device = device_of(card);
+  std::unique_ptr<Context> open(uint32_t gpu) override {
+    const int device = device_of(gpu);
     const auto [major, minor] = capability(device);
-    return std::make_unique<CudaContext>(calls_, int(card), device, *image_for(major, minor));
+    return std::make_unique<CudaContext>(calls_, int(gpu), device, *image_for(major, minor));
   }
 
  private:
-  int device_of(uint32_t card) const {
+  int device_of(uint32_t gpu) const {
     int device = 0;
-    calls_.device_get(&device, int(card));
+    calls_.device_get(&device, int(gpu));
     return device;
   }
   std::pair<int, int> capability(int device) const {
@@ -234,7 +234,7 @@ std::unique_ptr<Driver> find_cuda(std::string& why_not) {
   if (result == kSuccess) result = calls.driver_version(&version);
   if (result == kSuccess) result = calls.device_count(&count);
   if (result == kNoDevice || (result == kSuccess && count == 0)) {
-    why_not = "the NVIDIA driver finds no card";
+    why_not = "the NVIDIA driver finds no GPU";
     return nullptr;
   }
   if (result != kSuccess) {

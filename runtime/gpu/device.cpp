@@ -11,7 +11,7 @@ constexpr size_t kStagingBytes = Staging::kInputBytes + runtime::output_bytes(St
 
 }  // namespace
 
-Staging::Staging(Context& context) : context_(context), card_(context, kStagingBytes) {
+Staging::Staging(Context& context) : context_(context), gpu_(context, kStagingBytes) {
   try {
     host_ = static_cast<unsigned char*>(context.allocate_host(kStagingBytes));
     stream_ = context.make_stream();

@@ -29,7 +29,7 @@ class Staging {
   Staging& operator=(const Staging&) = delete;
 
   unsigned char* host() const { return host_; }
-  unsigned char* card() const { return card_.data(); }
+  unsigned char* gpu() const { return gpu_.data(); }
   Stream stream() const { return stream_; }
   /// For the current user of the staging memory.
   Event answered() const { return answered_; }
@@ -37,14 +37,14 @@ class Staging {
  private:
   void release() noexcept;
   Context& context_;
-  Memory card_;
+  Memory gpu_;
   unsigned char* host_ = nullptr;
   Stream stream_ = nullptr;
   Event answered_ = nullptr;
 };
 
 /// An object on the GPU.
-using CardObject = kernels::gpu::ObjectPlan;
+using DeviceObject = kernels::gpu::ObjectPlan;
 
 }  // namespace nif::gpu
 
@@ -70,7 +70,7 @@ struct GpuDevice {
 
 struct GpuAsset {
   gpu::Memory memory;
-  std::vector<gpu::CardObject> objects;
+  std::vector<gpu::DeviceObject> objects;
 };
 
 struct GpuScene {

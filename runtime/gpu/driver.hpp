@@ -29,24 +29,24 @@ using Stream = void*;
 using Event = void*;
 using Kernel = void*;
 
-struct CardDescription {
+struct GpuProperties {
   std::string name, target, driver;
   uint64_t memory = 0;
-  runtime::GpuCardPlace place{};
+  runtime::GpuLocation place{};
 };
 
 enum class PointerKind {
   host,          ///< the GPU cannot read it
-  device,        ///< on this card
+  device,        ///< on this GPU
   both,          ///< managed memory, or host memory that the GPU can read
-  other_device,  ///< on another card
+  other_device,  ///< on another GPU
 };
 
 struct LaunchShape {
   uint32_t blocks, threads, shared_bytes;
 };
 
-/// One open card. Only a thread that has entered it (see Current) may make the other calls. They throw
+/// One open GPU. Only a thread that has entered it (see Current) may make the other calls. They throw
 /// GpuError.
 class Context {
  public:
@@ -81,7 +81,7 @@ class Context {
   virtual void wait_stream(Stream stream) = 0;
   /// Makes all later work in the stream wait for the event; the host does not wait.
   virtual void hold_back(Stream stream, Event event) = 0;
-  /// Does the stream belong to this card? The stream must not be null.
+  /// Does the stream belong to this GPU? The stream must not be null.
   virtual bool owns(Stream stream) = 0;
 
   /// seconds_between() needs timed events.
@@ -96,7 +96,7 @@ class Context {
   virtual PointerKind kind_of(const void* pointer) = 0;
 };
 
-/// Makes the card current for the calling thread, and restores what was current before at the end.
+/// Makes the GPU current for the calling thread, and restores what was current before at the end.
 class Current {
  public:
   explicit Current(Context& context) : context_(context) { context.enter(); }
@@ -108,7 +108,7 @@ class Current {
   Context& context_;
 };
 
-/// Does work on the card if the driver can still make it current: for freeing things, even after a card is
+/// Does work on the GPU if the driver can still make it current: for freeing things, even after a GPU is
 /// lost.
 template <class Work>
 void where_possible(Context& context, const Work& work) noexcept {
@@ -124,19 +124,19 @@ class Driver {
   virtual ~Driver() = default;
   virtual const char* backend() const = 0;  ///< "cuda" or "hip"
   virtual uint32_t count() = 0;
-  virtual CardDescription describe(uint32_t card) = 0;
-  /// Says in one sentence why the card cannot be used; empty if it can.
-  virtual std::string trouble(uint32_t card) = 0;
-  /// Opens a card and loads the kernels. Requires a card without trouble.
-  virtual std::unique_ptr<Context> open(uint32_t card) = 0;
+  virtual GpuProperties describe(uint32_t gpu) = 0;
+  /// Says in one sentence why the GPU cannot be used; empty if it can.
+  virtual std::string trouble(uint32_t gpu) = 0;
+  /// Opens a GPU and loads the kernels. Requires a GPU without trouble.
+  virtual std::unique_ptr<Context> open(uint32_t gpu) = 0;
 };
 
 struct Drivers {
-  std::vector<std::unique_ptr<Driver>> found;  ///< drivers with at least one card
-  std::string why_none;                        ///< one sentence; empty if there are cards
+  std::vector<std::unique_ptr<Driver>> found;  ///< drivers with at least one GPU
+  std::string why_none;                        ///< one sentence; empty if there are GPUs
 };
 
-/// Looks for drivers and cards; every call looks again.
+/// Looks for drivers and GPUs; every call looks again.
 Drivers find_drivers();
 
 }  // namespace nif::gpu

@@ -1,4 +1,4 @@
-// Lists the drivers, which decides how cards are numbered: NVIDIA's come first, then AMD's.
+// Lists the drivers, which decides how GPUs are numbered: NVIDIA's come first, then AMD's.
 #include "library_driver.hpp"
 
 namespace nif::gpu {

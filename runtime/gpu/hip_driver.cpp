@@ -92,7 +92,7 @@ class HipContext final : public LibraryContext {
     const int result = load_image(image.data);
     if (result == kNoBinary)
       throw GpuError(NIF_ERROR_NOT_AVAILABLE,
-                     "the GPU module has no kernels for this card: " + text_of(result));
+                     "the GPU module has no kernels for this GPU: " + text_of(result));
     check(result, "loading kernels");
   }
   ~HipContext() override {
@@ -101,8 +101,8 @@ class HipContext final : public LibraryContext {
 
   void enter() override {
     int before = device_;
-    check(calls_.get_device(&before), "turning to the card");
-    check(calls_.set_device(device_), "turning to the card");
+    check(calls_.get_device(&before), "turning to the GPU");
+    check(calls_.set_device(device_), "turning to the GPU");
     before_ = before;
   }
   void leave() noexcept override { calls_.set_device(before_); }
@@ -121,7 +121,7 @@ class HipContext final : public LibraryContext {
   bool owns(Stream stream) override {
     int device = device_;
     if (calls_.stream_device) return calls_.stream_device(stream, &device) == kSuccess && device == device_;
-    // Older versions lack the call, but refuse an event of this card in a stream of another.
+    // Older versions lack the call, but refuse an event of this GPU in a stream of another.
     void* event = nullptr;
     if (calls_.make_event(&event, kNoTiming) != kSuccess) return true;
     const bool taken = calls_.record(event, stream) == kSuccess;
@@ -157,40 +157,40 @@ class HipDriver final : public Driver {
   const char* backend() const override { return "hip"; }
   uint32_t count() override { return count_; }
 
-  CardDescription describe(uint32_t card) override {
-    CardDescription about;
+  GpuProperties describe(uint32_t gpu) override {
+    GpuProperties about;
     char name[256] = "";
     size_t bytes = 0;
-    calls_.device_name(name, sizeof(name), int(card));
-    calls_.device_memory(&bytes, int(card));
+    calls_.device_name(name, sizeof(name), int(gpu));
+    calls_.device_memory(&bytes, int(gpu));
     about.name = name;
     about.memory = bytes;
-    about.target = target_of(card);
+    about.target = target_of(gpu);
     about.driver =
         "HIP " + std::to_string(version_ / 10'000'000) + "." + std::to_string(version_ / 100'000 % 100);
-    about.place = calls_.place.ask(int(card));
+    about.place = calls_.place.ask(int(gpu));
     return about;
   }
 
-  std::string trouble(uint32_t card) override {
-    const std::string target = target_of(card);
+  std::string trouble(uint32_t gpu) override {
+    const std::string target = target_of(gpu);
     if (image_for(target)) return "";
-    return "the GPU module has no kernels for " + (target.empty() ? "this card" : target) + "; it has" +
+    return "the GPU module has no kernels for " + (target.empty() ? "this GPU" : target) + "; it has" +
            std::string(image_names());
   }
 
-  std::unique_ptr<Context> open(uint32_t card) override {
-    return std::make_unique<HipContext>(calls_, int(card), version_, *image_for(target_of(card)));
+  std::unique_ptr<Context> open(uint32_t gpu) override {
+    return std::make_unique<HipContext>(calls_, int(gpu), version_, *image_for(target_of(gpu)));
   }
 
  private:
   /// The layout of the properties differs between versions, so this searches for the target: it is the only
   /// text that starts with "gfx". Features follow after a colon.
-  std::string target_of(uint32_t card) const {
+  std::string target_of(uint32_t gpu) const {
     static constexpr size_t kRoom = 16 * 1024;
     const auto properties = std::make_unique<char[]>(kRoom);
     std::memset(properties.get(), 0, kRoom);
-    if (calls_.device_properties(properties.get(), int(card)) != kSuccess) return "";
+    if (calls_.device_properties(properties.get(), int(gpu)) != kSuccess) return "";
     const std::string_view all(properties.get(), kRoom);
     const size_t at = all.find("gfx");
     if (at == std::string_view::npos) return "";
@@ -221,7 +221,7 @@ std::unique_ptr<Driver> find_hip(std::string& why_not) {
   if (result == kSuccess) result = calls.driver_version(&version);
   if (result == kSuccess) result = calls.device_count(&count);
   if (result == kNoDevice || result == kInvalidDevice || (result == kSuccess && count == 0)) {
-    why_not = "AMD's HIP finds no card";
+    why_not = "AMD's HIP finds no GPU";
     return nullptr;
   }
   if (result != kSuccess) {

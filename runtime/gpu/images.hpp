@@ -8,7 +8,7 @@
 namespace nif::gpu {
 
 struct Image {
-  std::string_view target;  ///< e.g. "gfx1100", "sm_90"; "compute_80": PTX, for sm_80 and all later cards
+  std::string_view target;  ///< e.g. "gfx1100", "sm_90"; "compute_80": PTX, for sm_80 and all later GPUs
   const unsigned char* data;
   size_t bytes;
 };

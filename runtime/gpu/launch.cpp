@@ -41,7 +41,7 @@ uint32_t blocks_for(uint64_t count, uint32_t threads) { return uint32_t((count +
 
 /// The measured stages, in the order of time_stages().
 enum Measured : uint32_t {
-  kWalk,
+  kTraversal,
   kOrdering,
   kOuterInputs,
   kOuterNetworks,
@@ -132,7 +132,7 @@ class Launcher {
     for (uint32_t round = 0;; ++round) {
       work.items = arrays.items[round % 2];
       work.items.counts = arrays.counts + size_t(round) * (1 + lists);
-      walk(work);
+      traverse(work);
       if (round == kPipelineRounds) break;
       ask_networks(work);
       if (!several) break;
@@ -165,20 +165,20 @@ class Launcher {
     return std::max(1u, std::min(blocks, device_.context->processors() * per_processor));
   }
 
-  void walk(PipelineWork& work) {
+  void traverse(PipelineWork& work) {
     using namespace kernels::gpu;
     const uint32_t blocks = blocks_for(work.query.count, kBlockThreads);
-    const KindKernels& one = device_.pipeline.walk_one;
+    const KindKernels& one = device_.pipeline.traverse_one;
     if (scene_.arrays.instance_count == 1 && (scene_.kinds & ~one.kinds) == 0)
-      return timed(kWalk, [&] {
+      return timed(kTraversal, [&] {
         put(one.kernel(work.query.details()), work,
             {spread(blocks, 8), kBlockThreads, kKeptWords * kBlockThreads * uint32_t(sizeof(uint32_t))});
       });
-    const KindKernels& kernels = kernels_for(device_.pipeline.walks, scene_.kinds);
-    timed(kWalk, [&] {
+    const KindKernels& kernels = kernels_for(device_.pipeline.traversals, scene_.kinds);
+    timed(kTraversal, [&] {
       put(kernels.kernel(work.query.details()), work,
           {work.before.counts ? spread(blocks, 16) : blocks, kBlockThreads,
-           scene_.lists.walk_words * kBlockThreads * uint32_t(sizeof(uint32_t))});
+           scene_.lists.traversal_words * kBlockThreads * uint32_t(sizeof(uint32_t))});
     });
   }
 
@@ -302,7 +302,7 @@ void put_query(GpuDevice& device, GpuScene& scene, const SceneQuery& query, uint
   if (!trial.by_pipeline || !put_by_pipeline(device, scene, query, count, stream, nullptr)) {
     if (trial.by_pipeline && !by_choice)
       throw GpuError(NIF_ERROR_OUT_OF_DEVICE_MEMORY,
-                     "GPU: the card has no memory left for the pipeline of a query");
+                     "GPU: the device has no memory left for the pipeline of a query");
     trial.by_pipeline = false;
     put_by_one_kernel(device, scene, query, count, stream, nullptr);
   }
@@ -341,7 +341,7 @@ void time_stages(GpuDevice& device, GpuScene& scene, const SceneQuery& query, ui
     put_by_one_kernel(device, scene, query, count, stream, &clock);
   else if (!put_by_pipeline(device, scene, query, count, stream, &clock))
     throw GpuError(NIF_ERROR_OUT_OF_DEVICE_MEMORY,
-                   "GPU: the card has no memory left for the pipeline of a query");
+                   "GPU: the device has no memory left for the pipeline of a query");
   clock.read(seconds);
 }
 

@@ -46,8 +46,8 @@ Library::Library(std::initializer_list<const char*> names) {
 
 void* Library::find(const char* name) const { return handle_ ? dlsym(handle_, name) : nullptr; }
 
-runtime::GpuCardPlace PlaceCalls::ask(int device) const {
-  runtime::GpuCardPlace place{};
+runtime::GpuLocation PlaceCalls::ask(int device) const {
+  runtime::GpuLocation place{};
   char text[32] = "";
   if (pci_bus_id && pci_bus_id(text, sizeof(text), device) == kSuccess)  // domain:bus:device.function
     std::sscanf(text, "%x:%x:%x", &place.pci_domain, &place.pci_bus, &place.pci_device);
@@ -97,11 +97,11 @@ void* LibraryContext::allocate_host(size_t bytes) {
 }
 
 void LibraryContext::copy_in(void* to, const void* from, size_t bytes, Stream stream) {
-  check(calls_.copy_in(to, from, bytes, stream), "copying to the card");
+  check(calls_.copy_in(to, from, bytes, stream), "copying to the GPU");
 }
 
 void LibraryContext::copy_out(void* to, const void* from, size_t bytes, Stream stream) {
-  check(calls_.copy_out(to, from, bytes, stream), "copying from the card");
+  check(calls_.copy_out(to, from, bytes, stream), "copying from the GPU");
 }
 
 Stream LibraryContext::make_stream() {
@@ -111,7 +111,7 @@ Stream LibraryContext::make_stream() {
 }
 
 void LibraryContext::clear(void* memory, size_t bytes, Stream stream) {
-  check(calls_.clear(reinterpret_cast<uint64_t>(memory), 0, bytes, stream), "clearing memory of the card");
+  check(calls_.clear(reinterpret_cast<uint64_t>(memory), 0, bytes, stream), "clearing memory of the GPU");
 }
 
 void LibraryContext::hold_back(Stream stream, Event event) {

@@ -2,7 +2,7 @@
 // is included or linked.
 //
 // CUDA's driver interface and HIP have the same calls under other names, and the same numbers for errors. So
-// one class makes those calls, by a table of their names. What differs (contexts, and properties of cards and
+// one class makes those calls, by a table of their names. What differs (contexts, and properties of GPUs and
 // pointers) is in cuda_driver.cpp and hip_driver.cpp.
 #pragma once
 
@@ -82,16 +82,16 @@ class Library {
   std::string name_, missing_;
 };
 
-/// Calls that identify a card, which both drivers have; null in versions that lack them.
+/// Calls that identify a GPU, which both drivers have; null in versions that lack them.
 struct PlaceCalls {
   int (*pci_bus_id)(char* text, int length, int device) = nullptr;
   int (*uuid)(void* bytes, int device) = nullptr;
   int (*luid)(void* bytes, unsigned* node_mask, int device) = nullptr;
 
-  runtime::GpuCardPlace ask(int device) const;
+  runtime::GpuLocation ask(int device) const;
 };
 
-/// A card of either vendor.
+/// A GPU of either vendor.
 class LibraryContext : public Context {
  public:
   Kernel find_kernel(const char* name) override;
@@ -128,7 +128,7 @@ class LibraryContext : public Context {
   void* module_ = nullptr;
 };
 
-/// Returns null and sets `why_not` if the library is missing or too old, or has no card.
+/// Returns null and sets `why_not` if the library is missing or too old, or has no GPU.
 std::unique_ptr<Driver> find_cuda(std::string& why_not);
 std::unique_ptr<Driver> find_hip(std::string& why_not);
 

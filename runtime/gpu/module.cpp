@@ -8,7 +8,7 @@
 namespace nif::gpu {
 namespace {
 
-using runtime::GpuCard;
+using runtime::GpuDescription;
 using runtime::GpuJob;
 using runtime::GpuMeasure;
 using runtime::GpuMessage;
@@ -34,11 +34,10 @@ NifError guarded(GpuMessage* message, const Call& call) noexcept {
   }
 }
 
-/// The same on a card, which fails if the card is lost.
+/// The same on a GPU, which fails if the GPU is lost.
 template <class Call>
-NifError on_card(GpuDevice* device, GpuMessage* message, const Call& call) noexcept {
-  if (device->lost)
-    return say(message, NIF_ERROR_DEVICE_LOST, "GPU: the card was lost before; make a new device");
+NifError on_gpu(GpuDevice* device, GpuMessage* message, const Call& call) noexcept {
+  if (device->lost) return say(message, NIF_ERROR_DEVICE_LOST, "GPU: it was lost before; make a new device");
   const NifError code = guarded(message, [&] {
     const Current current(*device->context);
     call();
@@ -47,24 +46,24 @@ NifError on_card(GpuDevice* device, GpuMessage* message, const Call& call) noexc
   return code;
 }
 
-/// A card's driver, and the card's number in it.
-struct FoundCard {
+/// A GPU's driver, and the GPU's number in it.
+struct FoundGpu {
   Driver* driver;
   uint32_t number;
 };
-FoundCard find_card(const Drivers& drivers, uint32_t card) {
+FoundGpu find_gpu(const Drivers& drivers, uint32_t gpu) {
   uint32_t first = 0;
   for (const auto& driver : drivers.found) {
     const uint32_t count = driver->count();
-    if (card - first < count) return {driver.get(), card - first};
+    if (gpu - first < count) return {driver.get(), gpu - first};
     first += count;
   }
   if (drivers.found.empty()) throw GpuError(NIF_ERROR_NOT_AVAILABLE, drivers.why_none);
   throw GpuError(NIF_ERROR_NOT_AVAILABLE,
-                 "there is no card " + std::to_string(card) + "; the drivers find " + std::to_string(first));
+                 "there is no GPU " + std::to_string(gpu) + "; the drivers find " + std::to_string(first));
 }
 
-uint32_t count_cards(GpuMessage* why_none) {
+uint32_t count_gpus(GpuMessage* why_none) {
   uint32_t count = 0;
   guarded(why_none, [&] {
     const Drivers drivers = find_drivers();
@@ -74,11 +73,11 @@ uint32_t count_cards(GpuMessage* why_none) {
   return count;
 }
 
-NifError describe_card(uint32_t card, GpuCard* about, GpuMessage* message) {
+NifError describe_gpu(uint32_t gpu, GpuDescription* about, GpuMessage* message) {
   return guarded(message, [&] {
     const Drivers drivers = find_drivers();
-    const FoundCard found = find_card(drivers, card);
-    const CardDescription description = found.driver->describe(found.number);
+    const FoundGpu found = find_gpu(drivers, gpu);
+    const GpuProperties description = found.driver->describe(found.number);
     const auto copy = [](auto& to, const std::string& from) {
       std::snprintf(to, sizeof(to), "%s", from.c_str());
     };
@@ -92,10 +91,10 @@ NifError describe_card(uint32_t card, GpuCard* about, GpuMessage* message) {
   });
 }
 
-NifError open_device(uint32_t card, const GpuSettings* settings, GpuDevice** device, GpuMessage* message) {
+NifError open_device(uint32_t gpu, const GpuSettings* settings, GpuDevice** device, GpuMessage* message) {
   return guarded(message, [&] {
     const Drivers drivers = find_drivers();
-    const FoundCard found = find_card(drivers, card);
+    const FoundGpu found = find_gpu(drivers, gpu);
     const std::string trouble = found.driver->trouble(found.number);
     if (!trouble.empty()) throw GpuError(NIF_ERROR_NOT_AVAILABLE, trouble);
     *device = new GpuDevice(found.driver->open(found.number), *settings);
@@ -106,7 +105,7 @@ void close_device(GpuDevice* device) { delete device; }
 
 NifError upload_asset(GpuDevice* device, const kernels::AnyField* objects, const kernels::HitDetails* details,
                       uint32_t count, GpuAsset** asset, uint64_t* bytes, GpuMessage* message) {
-  return on_card(device, message, [&] {
+  return on_gpu(device, message, [&] {
     *asset = copy_asset(*device, objects, details, count).release();
     *bytes = (*asset)->memory.bytes();
   });
@@ -117,7 +116,7 @@ void free_asset(GpuDevice* device, GpuAsset* asset) {
 }
 
 NifError upload_scene(GpuDevice* device, const GpuSceneView* view, GpuScene** scene, GpuMessage* message) {
-  return on_card(device, message, [&] {
+  return on_gpu(device, message, [&] {
     std::unique_ptr<GpuScene> made;
     if (!*scene) made = std::make_unique<GpuScene>();
     copy_scene(*device, *view, made ? *made : **scene);
@@ -136,33 +135,33 @@ void free_scene(GpuDevice* device, GpuScene* scene) {
 
 NifError query(GpuDevice* device, GpuScene* scene, const NifRays* rays, const NifAnswers* answers,
                GpuMessage* message) {
-  return on_card(device, message, [&] { answer_query(*device, *scene, *rays, *answers); });
+  return on_gpu(device, message, [&] { answer_query(*device, *scene, *rays, *answers); });
 }
 
 NifError query_open(GpuDevice* device, GpuScene* scene, const NifRays* rays, const NifAnswers* answers,
                     const NifOpenRays* open, GpuMessage* message) {
-  return on_card(device, message, [&] { list_open_rays(*device, *scene, *rays, *answers, *open); });
+  return on_gpu(device, message, [&] { list_open_rays(*device, *scene, *rays, *answers, *open); });
 }
 
 NifError intersect(GpuDevice* device, GpuScene* scene, const NifRays* rays, const NifHits* hits,
                    GpuMessage* message) {
-  return on_card(device, message, [&] { find_hits(*device, *scene, *rays, *hits); });
+  return on_gpu(device, message, [&] { find_hits(*device, *scene, *rays, *hits); });
 }
 
 NifError check_host_query(GpuDevice* device, const NifRays* rays, const NifAnswers* answers,
                           const NifOpenRays* open, const NifHits* hits, GpuMessage* message) {
-  return on_card(device, message, [&] { check_for_cpu(*device, *rays, *answers, open, hits); });
+  return on_gpu(device, message, [&] { check_for_cpu(*device, *rays, *answers, open, hits); });
 }
 
 NifError measure_query(GpuDevice* device, GpuScene* scene, const NifRays* rays, const NifAnswers* answers,
                        GpuMeasure measure, uint32_t rounds, double* seconds, GpuMessage* message) {
-  return on_card(device, message,
-                 [&] { time_query(*device, *scene, *rays, *answers, measure, rounds, seconds); });
+  return on_gpu(device, message,
+                [&] { time_query(*device, *scene, *rays, *answers, measure, rounds, seconds); });
 }
 
 NifError start_query(GpuDevice* device, GpuScene* scene, const NifRays* rays, const NifAnswers* answers,
                      const NifHits* hits, GpuJob** job, GpuMessage* message) {
-  return on_card(device, message, [&] {
+  return on_gpu(device, message, [&] {
     auto made = std::make_unique<GpuJob>();
     made->event = device->context->make_event(false);
     try {
@@ -180,11 +179,11 @@ NifError start_query(GpuDevice* device, GpuScene* scene, const NifRays* rays, co
 }
 
 NifError wait_job(GpuDevice* device, GpuJob* job, GpuMessage* message) {
-  return on_card(device, message, [&] { device->context->wait(job->event); });
+  return on_gpu(device, message, [&] { device->context->wait(job->event); });
 }
 
 NifError is_job_done(GpuDevice* device, GpuJob* job, uint32_t* done, GpuMessage* message) {
-  return on_card(device, message, [&] { *done = device->context->is_done(job->event); });
+  return on_gpu(device, message, [&] { *done = device->context->is_done(job->event); });
 }
 
 void free_job(GpuDevice* device, GpuJob* job) {
@@ -202,8 +201,8 @@ extern "C" NIF_API const nif::runtime::GpuModule* nif_gpu_module(void) {
   using namespace nif;
   static const runtime::GpuModule module{runtime::kGpuModuleVersion,
                                          runtime::kGpuLayout,
-                                         gpu::count_cards,
-                                         gpu::describe_card,
+                                         gpu::count_gpus,
+                                         gpu::describe_gpu,
                                          gpu::open_device,
                                          gpu::close_device,
                                          gpu::upload_asset,

@@ -42,12 +42,12 @@ const KindKernels& kernels_for(const std::vector<KindKernels>& kernels, uint32_t
 }
 
 PipelineKernels::PipelineKernels(Context& context)
-    : walk_one(context, kernels::gpu::kSegments, "nif_pipeline_walk_one") {
+    : traverse_one(context, kernels::gpu::kSegments, "nif_pipeline_traverse_one") {
   const auto find = [&](const char* name) { return context.find_kernel(name); };
-#define NIF_WALK(name, kinds, blocks) \
-  walks.emplace_back(context, kernels::gpu::kinds, "nif_pipeline_walk_" #name);
-  NIF_WALK_KERNELS(NIF_WALK)
-#undef NIF_WALK
+#define NIF_TRAVERSE(name, kinds, blocks) \
+  traversals.emplace_back(context, kernels::gpu::kinds, "nif_pipeline_traverse_" #name);
+  NIF_TRAVERSAL_KERNELS(NIF_TRAVERSE)
+#undef NIF_TRAVERSE
   offsets = find("nif_pipeline_offsets");
   order = find("nif_pipeline_order");
   pack_bits = find("nif_pack_bits");
@@ -140,7 +140,7 @@ PipelineScratch ScratchPool::borrow(size_t bytes, Stream stream) {
   if (scratch.last_use) return scratch;
   if (make(bytes, scratch) || (free_done() && make(bytes, scratch))) return scratch;
   scratch = take([&](const PipelineScratch& idle) { return idle.memory.bytes() >= bytes; });
-  if (!scratch.last_use) throw GpuError(NIF_ERROR_OUT_OF_DEVICE_MEMORY, "GPU: the card has no memory left");
+  if (!scratch.last_use) throw GpuError(NIF_ERROR_OUT_OF_DEVICE_MEMORY, "GPU: the device has no memory left");
   try {
     context_.hold_back(stream, scratch.last_use);
   } catch (...) {

@@ -29,8 +29,8 @@ struct KindKernels {
 const KindKernels& kernels_for(const std::vector<KindKernels>& kernels, uint32_t kinds);
 
 struct PipelineKernels {
-  std::vector<KindKernels> walks;
-  KindKernels walk_one;  ///< for scenes of one instance of a supported object
+  std::vector<KindKernels> traversals;
+  KindKernels traverse_one;  ///< for scenes of one instance of a supported object
   Kernel offsets, order, pack_bits;
   Kernel stages[kernels::gpu::kStages];
 
@@ -49,7 +49,7 @@ extern const StageShape kStageShapes[kernels::gpu::kStages];
 struct PipelineLists {
   const kernels::gpu::PipelineList* lists;       ///< in GPU memory
   uint32_t first[kernels::gpu::kStages + 1];     ///< first list of each stage
-  uint32_t walk_words;                           ///< shared memory per thread of a traversal
+  uint32_t traversal_words;                      ///< shared memory per thread of a traversal
   uint32_t shared_bytes[kernels::gpu::kStages];  ///< shared memory per block of each stage
   uint32_t count() const { return first[kernels::gpu::kStages]; }
 };

@@ -26,10 +26,9 @@ void check_array(Context& context, uint32_t promised, const void* array, const s
   const auto refuse = [&](const char* why) { throw GpuError(NIF_ERROR_WRONG_POINTER, name + why); };
   if (promised == NIF_MEMORY_DEVICE && kind == PointerKind::host)
     refuse(" is memory of the host, and NIF_MEMORY_DEVICE was promised");
-  if (promised == NIF_MEMORY_DEVICE && kind == PointerKind::other_device)
-    refuse(" is memory of another card");
+  if (promised == NIF_MEMORY_DEVICE && kind == PointerKind::other_device) refuse(" is memory of another GPU");
   if (promised == NIF_MEMORY_HOST && (kind == PointerKind::device || kind == PointerKind::other_device))
-    refuse(" is memory of a card, and NIF_MEMORY_HOST was promised");
+    refuse(" is memory of a GPU, and NIF_MEMORY_HOST was promised");
 }
 
 void check_rays(Context& context, const NifRays& rays) {
@@ -42,7 +41,7 @@ void check_rays(Context& context, const NifRays& rays) {
   check(rays.tmax, "tmax");
   check(rays.mask, "mask");
   if (rays.stream && !context.owns(rays.stream))
-    throw GpuError(NIF_ERROR_INVALID_ARGUMENT, "rays: the stream is not of the device's card");
+    throw GpuError(NIF_ERROR_INVALID_ARGUMENT, "rays: the stream is not of the device's GPU");
 }
 
 void check_answers(Context& context, const NifRays& rays, const NifAnswers& answers) {
@@ -285,17 +284,17 @@ class HostQuery {
   }
 
   /// The query for a chunk of `count` rays, in GPU memory.
-  SceneQuery on_card(const Staging& staging, uint64_t count) const {
-    NifRays rays = nifMakeRays(reinterpret_cast<const NifRay*>(staging.card()), count);
+  SceneQuery on_gpu(const Staging& staging, uint64_t count) const {
+    NifRays rays = nifMakeRays(reinterpret_cast<const NifRay*>(staging.gpu()), count);
     if (rays_.mask) {
-      rays.mask = reinterpret_cast<const uint32_t*>(staging.card() + count * sizeof(NifRay));
+      rays.mask = reinterpret_cast<const uint32_t*>(staging.gpu() + count * sizeof(NifRay));
       rays.mask_stride = rays_.mask_stride == 0 ? 0 : sizeof(uint32_t);
     }
     SceneQuery query = scene_query(rays, {});
     size_t at = Staging::kInputBytes;
     visit_outputs(
         [&](const OutputArray& about, unsigned char*& array, const auto* wanted) {
-          if (wanted) array = staging.card() + at;
+          if (wanted) array = staging.gpu() + at;
           at += about.bytes(Staging::kRays);
         },
         query, answers_);
@@ -310,10 +309,10 @@ class HostQuery {
     read_rays(rays_, first, count, staging.host());
     size_t bytes = count * sizeof(NifRay);
     if (rays_.mask) bytes += read_masks(rays_, first, count, staging.host() + bytes);
-    context_.copy_in(staging.card(), staging.host(), bytes, stream);
-    put_query(device_, scene_, on_card(staging, count), count, stream);
+    context_.copy_in(staging.gpu(), staging.host(), bytes, stream);
+    put_query(device_, scene_, on_gpu(staging, count), count, stream);
     for (const Output& output : outputs_)
-      context_.copy_out(staging.host() + output.at, staging.card() + output.at, output.about.bytes(count),
+      context_.copy_out(staging.host() + output.at, staging.gpu() + output.at, output.about.bytes(count),
                         stream);
     context_.record(staging.answered(), stream);
   }
@@ -342,7 +341,7 @@ void time_query(GpuDevice& device, GpuScene& scene, const NifRays& query, const 
   Context& context = *device.context;
   const uint64_t count = query.count;
   const Memory rays(context, count * sizeof(NifRay)), answers(context, runtime::output_bytes(count));
-  SceneQuery on_card = scene_query(nifMakeRays(reinterpret_cast<const NifRay*>(rays.data()), count), {});
+  SceneQuery on_gpu = scene_query(nifMakeRays(reinterpret_cast<const NifRay*>(rays.data()), count), {});
   struct Output {
     void* to;
     unsigned char* from;
@@ -357,7 +356,7 @@ void time_query(GpuDevice& device, GpuScene& scene, const NifRays& query, const 
         outputs.push_back({wanted, at, about.bytes(count)});
         at += about.bytes(count);
       },
-      on_card, wanted_answers);
+      on_gpu, wanted_answers);
 
   std::vector<unsigned char> packed(count * sizeof(NifRay));
   read_rays(query, 0, count, packed.data());
@@ -367,11 +366,11 @@ void time_query(GpuDevice& device, GpuScene& scene, const NifRays& query, const 
   for (uint32_t round = 0; round <= rounds; ++round) {  // the first round warms up the GPU
     const uint32_t row = round > 0 ? round - 1 : 0;
     if (measure == GpuMeasure::stages) {
-      time_stages(device, scene, on_card, count, stream.get(), seconds + row * kMeasuredStages);
+      time_stages(device, scene, on_gpu, count, stream.get(), seconds + row * kMeasuredStages);
       continue;
     }
     timer.start(stream.get());
-    put_query(device, scene, on_card, count, stream.get(), measure);
+    put_query(device, scene, on_gpu, count, stream.get(), measure);
     timer.stop(stream.get());
     timer.wait();
     seconds[row] = timer.seconds();

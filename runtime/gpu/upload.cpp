@@ -6,7 +6,7 @@
 
 #include "device.hpp"
 #include "kernels/gpu/upload.hpp"
-#include "kernels/reference/encodings.hpp"
+#include "kernels/reference/reference_encodings.hpp"
 #include "kernels/reference/scene_hit.hpp"
 
 namespace nif::gpu {
@@ -30,7 +30,7 @@ std::unique_ptr<FieldUpload> make_upload(const kernels::AnyField& field) {
 struct PlannedObject {
   std::unique_ptr<FieldUpload> upload;
   kernels::HitDetails details;
-  CardObject card;
+  DeviceObject plan;
 };
 
 /// Adds the details of hits. Colours are looked up in a grid of their own, without the data for traversals.
@@ -45,7 +45,7 @@ kernels::HitDetails add_details(kernels::HitDetails details, Arena& arena) {
     arena.move(grid.brick_states, grid.mixed_bricks);
     arena.move(grid.voxel_base, grid.mixed_bricks);
     grid.voxel_records = nullptr;
-    grid.parts = nullptr;
+    grid.children = nullptr;
     colors.grid = arena.add_structure(grid);
   }
   return details;
@@ -55,8 +55,8 @@ Arena lay_out(std::vector<PlannedObject>& objects, const unsigned char* base) {
   Arena arena(base);
   for (PlannedObject& object : objects) {
     if (!object.upload) continue;
-    object.card.object.field = object.card.list.field = object.upload->add_to(arena);
-    object.card.object.details = add_details(object.details, arena);
+    object.plan.object.field = object.plan.list.field = object.upload->add_to(arena);
+    object.plan.object.details = add_details(object.details, arena);
   }
   return arena;
 }
@@ -68,7 +68,7 @@ void copy_and_wait(GpuDevice& device, const Memory& to, const Arena& arena) {
 
 /// Makes the lists of items, stage by stage, for the objects that instances use, and stores each object's
 /// list numbers in `placed`.
-std::vector<kernels::gpu::PipelineList> make_lists(std::span<const CardObject* const> objects,
+std::vector<kernels::gpu::PipelineList> make_lists(std::span<const DeviceObject* const> objects,
                                                    std::span<kernels::gpu::SceneObject> placed,
                                                    const std::vector<bool>& used, PipelineLists& about) {
   using namespace kernels::gpu;
@@ -78,7 +78,7 @@ std::vector<kernels::gpu::PipelineList> make_lists(std::span<const CardObject* c
     about.first[stage] = uint32_t(lists.size());
     for (size_t i = 0; i < objects.size(); ++i)
       for (uint32_t k = 0; k < 2; ++k) {
-        const CardObject& object = *objects[i];
+        const DeviceObject& object = *objects[i];
         if (object.stages[k] != stage || !used[i]) continue;
         placed[i].lists[k] = uint32_t(lists.size());
         lists.push_back(object.list);
@@ -87,18 +87,19 @@ std::vector<kernels::gpu::PipelineList> make_lists(std::span<const CardObject* c
       }
   }
   about.first[kStages] = uint32_t(lists.size());
-  about.walk_words = kItemWords;
-  for (const CardObject* object : objects) about.walk_words = std::max(about.walk_words, object->walk_words);
+  about.traversal_words = kItemWords;
+  for (const DeviceObject* object : objects)
+    about.traversal_words = std::max(about.traversal_words, object->traversal_words);
   return lists;
 }
 
 void lay_out(Arena& arena, const GpuSceneView& view, GpuScene& scene) {
-  std::vector<const CardObject*> objects;
+  std::vector<const DeviceObject*> objects;
   std::vector<kernels::gpu::SceneObject> placed;
   uint32_t words = 1;
   scene.kinds = 0;
   for (uint64_t i = 0; i < view.object_count; ++i) {
-    const CardObject& object = view.objects[i].asset->objects[view.objects[i].object];
+    const DeviceObject& object = view.objects[i].asset->objects[view.objects[i].object];
     objects.push_back(&object);
     placed.push_back(object.object);
     placed.back().number = view.objects[i].object;
@@ -140,15 +141,15 @@ std::unique_ptr<GpuAsset> copy_asset(GpuDevice& device, const kernels::AnyField*
       continue;
     }
     std::unique_ptr<FieldUpload> upload = make_upload(fields[i]);
-    CardObject card = upload->plan(device.settings.half != 0);
-    card.object.calibration = kernels::calibration(fields[i]);
-    card.object.reach_scale = kernels::reach_scale(fields[i]);
-    objects.push_back({std::move(upload), details ? details[i] : kernels::HitDetails(), card});
+    DeviceObject plan = upload->plan(device.settings.half != 0);
+    plan.object.calibration = kernels::calibration(fields[i]);
+    plan.object.reach_scale = kernels::reach_scale(fields[i]);
+    objects.push_back({std::move(upload), details ? details[i] : kernels::HitDetails(), plan});
   }
   auto asset = std::make_unique<GpuAsset>();
   asset->memory = Memory(*device.context, lay_out(objects, nullptr).bytes().size());
   copy_and_wait(device, asset->memory, lay_out(objects, asset->memory.data()));
-  for (const PlannedObject& object : objects) asset->objects.push_back(object.card);
+  for (const PlannedObject& object : objects) asset->objects.push_back(object.plan);
   return asset;
 }
 

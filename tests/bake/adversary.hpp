@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "formats/base/vector.hpp"
-#include "kernels/reference/planes/walk.hpp"
+#include "kernels/reference/planes/grid_traversal.hpp"
 #include "tests/bake/hard_shapes.hpp"
 #include "tests/support/occupied_object.hpp"
 
@@ -102,7 +102,7 @@ class Adversary {
       std::array<int32_t, 3> at = low;
       for (size_t a = 0; a < 3; ++a)
         if (part >> a & 1) at[a] += size / 2;
-      add_cells(o_.field.parts[kernels::link_part(word, part)], at, size / 2);
+      add_cells(o_.field.children[kernels::link_child(word, part)], at, size / 2);
     }
   }
 
@@ -207,7 +207,7 @@ class Adversary {
     Double3 at;
     for (double& x : at) x = random.uniform(-0.5, 0.5) * cell.size;
     const bool up = random.below(2) != 0;
-    const uint32_t place = up ? kernels::upper_place(cell.word) : kernels::lower_place(cell.word);
+    const uint32_t place = up ? kernels::upper_offset(cell.word) : kernels::lower_offset(cell.word);
     const double height = kernels::plane_height(place, float(cell.size));
     at = at + n * ((height - dot(n, at)) / dot(n, n) + (up ? beyond : -beyond) / length(n));
     for (size_t a = 0; a < 3; ++a) at[a] += cell.low[a] + 0.5 * cell.size;

@@ -7,15 +7,15 @@
 
 #include <nlohmann/json.hpp>
 
-#include "bake/oracle/prepare.hpp"
+#include "bake/ground_truth/prepare.hpp"
 #include "formats/mesh/read.hpp"
 #include "formats/nif/reader.hpp"
 #include "formats/nif/writer.hpp"
-#include "kernels/reference/encodings.hpp"
+#include "kernels/reference/reference_encodings.hpp"
 #include "nif/nif.h"
 #include "tests/bake/quiet_bake.hpp"
 #include "tests/support/real_meshes.hpp"
-#include "tests/support/shapes.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
 namespace {
@@ -79,7 +79,7 @@ TEST(Bake, LeavesOutMeshesWithoutArea) {
   EXPECT_EQ(status_of(scene, quick()), Status::all_degenerate);
 }
 
-TEST(Bake, MeasuresNothingWhereNoRaysAreAskedFor) {
+TEST(Bake, MeasuresNothingWithoutRays) {
   bake::BakeOptions options = quick();
   options.evaluation_rays = 0;
   const bake::BakeResult result = bake_quietly(two_kinds_thrice(), options);
@@ -90,7 +90,7 @@ TEST(Bake, MeasuresNothingWhereNoRaysAreAskedFor) {
   EXPECT_TRUE(nlohmann::json::parse(result.asset.metadata)["accuracy"].empty());
 }
 
-TEST(Bake, LeavesOutInstancesThatNoRayCanBeTakenInto) {
+TEST(Bake, LeavesOutInstancesWithoutAnInverse) {
   mesh::Scene scene = two_kinds_thrice();
   scene.instances[2].transform = {1, 0, 0, 5, 0, 0, 0, 6, 0, 0, 1, 7};
   const bake::BakeResult result = bake_quietly(scene, quick());
@@ -132,7 +132,7 @@ bake::BakeResult bake_alone(const mesh::Mesh& mesh) {
   return bake_quietly(scene, quick());
 }
 
-TEST(Bake, CopesWithAsFewTrianglesAsThereCanBe) {
+TEST(Bake, BakesTheFewestTriangles) {
   for (const mesh::Mesh& mesh : {mesh::Mesh{"one", {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}}, cube()}) {
     const bake::BakeResult result = bake_alone(mesh);
     for (RaySet set : bake::kRaySets) {
@@ -174,7 +174,7 @@ void expect_same_answers(const mesh::Scene& scene, const bake::BakeOptions& opti
     const kernels::AnyField field = format::field_of(result.asset, object);
     const bake::GroundTruth truth(prepared.objects[i]);
     for (RaySet set : bake::kRaySets) {
-      const bake::LabelledRays rays = bake::make_ray_set(truth.source(), set, rays_per_set, 31);
+      const bake::RaysWithTruth rays = bake::make_ray_set(truth.source(), set, rays_per_set, 31);
       const size_t count = rays.segments.size();
       std::vector<uint8_t> visible(count), certain(count);
       std::vector<int32_t> logits(count);

@@ -6,9 +6,9 @@
 #include <atomic>
 
 #include "formats/mesh/read.hpp"
-#include "kernels/reference/planes/walk.hpp"
+#include "kernels/reference/planes/grid_traversal.hpp"
 #include "tests/bake/adversary.hpp"
-#include "tests/bake/exact_oracle.hpp"
+#include "tests/bake/exact_truth.hpp"
 #include "tests/bake/hard_shapes.hpp"
 #include "tests/support/occupied_object.hpp"
 #include "tests/support/real_meshes.hpp"
@@ -35,14 +35,14 @@ Counts count_certain(const OccupiedObject& o, uint64_t segments) {
   std::vector<Counts> parts(segments / kBlock);
   tbb::parallel_for(uint64_t{0}, uint64_t(parts.size()), [&](uint64_t b) {
     nif::Random random(17, 4, b);
-    kernels::Walk walk;
+    kernels::FullTraversal traversal;
     for (uint64_t i = 0; i < kBlock; ++i) {
       const Segment s = adversary.draw(random);
-      kernels::walk_segment(o.field, s, walk);
-      if (!walk.certain) continue;
-      const bool visible = walk.verdict == kernels::Verdict::visible;
+      kernels::traverse_segment(o.field, s, traversal);
+      if (!traversal.certain) continue;
+      const bool visible = traversal.verdict == kernels::Verdict::visible;
       (visible ? parts[b].certain_visible : parts[b].certain_occluded) += 1;
-      if (o.truth->source().oracle.occluded(s) == visible) parts[b].doubtful.push_back(s);
+      if (o.truth->source().embree.occluded(s) == visible) parts[b].doubtful.push_back(s);
     }
   });
   Counts all;
@@ -52,11 +52,11 @@ Counts count_certain(const OccupiedObject& o, uint64_t segments) {
     all.doubtful.insert(all.doubtful.end(), part.doubtful.begin(), part.doubtful.end());
   }
   if (all.doubtful.empty()) return all;
-  const ExactOracle exact(o.prepared.surface.positions, o.prepared.surface.triangles);
+  const ExactTruth exact(o.prepared.surface.positions, o.prepared.surface.triangles);
   for (const Segment& s : all.doubtful) {
-    kernels::Walk walk;
-    kernels::walk_segment(o.field, s, walk);
-    const bool visible = walk.verdict == kernels::Verdict::visible;
+    kernels::FullTraversal traversal;
+    kernels::traverse_segment(o.field, s, traversal);
+    const bool visible = traversal.verdict == kernels::Verdict::visible;
     const double reach = length(to_double(std::to_array(s.origin)) - to_double(o.prepared.box.min)) +
                          2 * o.prepared.box.diagonal();
     if (exact.occluded(s, reach) != visible)
@@ -145,19 +145,19 @@ TEST(CertainOnTheDragon, AnswersNearlyAllOfTheNamedSets) {
   const mesh::Scene scene = mesh::read(*folder / "stanford_dragon_871k.ply.gz");
   const OccupiedObject o(scene.meshes[0], 64, {.levels = 2});
   EXPECT_GT(double(o.cells.walls), 0.95 * double(o.cells.planes));
-  EXPECT_LT(o.object.planes->voxel_records.size() + o.object.planes->parts.size(), 65'000u);
+  EXPECT_LT(o.object.planes->voxel_records.size() + o.object.planes->children.size(), 65'000u);
   for (const auto& [set, least] :
        {std::pair(bake::RaySet::outer_lines, 0.99), std::pair(bake::RaySet::inner_surface, 0.95),
         std::pair(bake::RaySet::segments, 0.97)}) {
-    const bake::LabelledRays rays = bake::make_ray_set(o.truth->source(), set, 2'000'000, 5);
+    const bake::RaysWithTruth rays = bake::make_ray_set(o.truth->source(), set, 2'000'000, 5);
     std::atomic<uint64_t> certain{0}, wrong{0};
     tbb::parallel_for(tbb::blocked_range<size_t>(0, rays.segments.size(), 10'000), [&](const auto& range) {
-      kernels::Walk walk;
+      kernels::FullTraversal traversal;
       for (size_t i = range.begin(); i < range.end(); ++i) {
-        kernels::walk_segment(o.field, rays.segments[i], walk);
-        if (!walk.certain) continue;
+        kernels::traverse_segment(o.field, rays.segments[i], traversal);
+        if (!traversal.certain) continue;
         ++certain;
-        wrong += (walk.verdict == kernels::Verdict::visible) != (rays.visible[i] != 0);
+        wrong += (traversal.verdict == kernels::Verdict::visible) != (rays.visible[i] != 0);
       }
     });
     EXPECT_EQ(wrong, 0u) << bake::name_of(set);

@@ -4,14 +4,14 @@
 #include <tbb/global_control.h>
 
 #include "bake/checkpoint.hpp"
-#include "bake/network/trainer.hpp"
+#include "bake/network/network_trainer.hpp"
 #include "formats/nif/reader.hpp"
 #include "formats/nif/writer.hpp"
 #include "tests/bake/quiet_bake.hpp"
 #include "tests/bake/training_fault.hpp"
 #include "tests/support/occupied_object.hpp"
-#include "tests/support/random.hpp"
-#include "tests/support/shapes.hpp"
+#include "tests/support/test_random.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
 namespace {
@@ -102,9 +102,9 @@ TEST(Checkpoint, AFieldGoesOnToTheSameBytes) {
 
 TEST(Checkpoint, SeveralFieldsGoOnToTheSameBytes) { expect_resumed(three_objects(), small_field(0.1), 20); }
 
-TEST(Checkpoint, WhatLeansGoesOnToTheSameBytes) {
+TEST(Checkpoint, WhatLimitsAnErrorGoesOnToTheSameBytes) {
   bake::BakeOptions options = small_field(0.1);
-  options.lean = bake::Lean{bake::Mistake::leak, 0.001};
+  options.error_limit = bake::ErrorLimit{bake::Mistake::leak, 0.001};
   expect_resumed(scene_of({torus(40, 20)}), options, 5);
 }
 
@@ -296,7 +296,10 @@ TEST_F(RefusedCheckpoint, OfAnythingElse) {
   EXPECT_EQ(with([](bake::BakeOptions& o) { o.effort = 0.11; }), other);
   EXPECT_EQ(with([](bake::BakeOptions& o) { o.max_error = 0.1; }), other);
   EXPECT_EQ(with([](bake::BakeOptions& o) { o.mix = bake::Mix{1, 0, 0, 0, 0}; }), other);
-  EXPECT_EQ(with([](bake::BakeOptions& o) { o.lean = bake::Lean{bake::Mistake::leak, 0.1}; }), other);
+  EXPECT_EQ(with([](bake::BakeOptions& o) {
+              o.error_limit = bake::ErrorLimit{bake::Mistake::leak, 0.1};
+            }),
+            other);
   EXPECT_EQ(with([](bake::BakeOptions& o) { o.spherical.fields.slope = 0.02f; }), other);
   EXPECT_EQ(refusal(file_, bake::key_of(scene_, options_, "another view")), other);
   EXPECT_EQ(refusal(file_, bake::key_of(scene_of({icosphere(1)}), options_, "")),

@@ -9,14 +9,14 @@
 
 #include "bake/bake.hpp"
 #include "bake/choice.hpp"
-#include "bake/network/corners.hpp"
-#include "bake/oracle/prepare.hpp"
+#include "bake/ground_truth/prepare.hpp"
+#include "bake/network/corner_features.hpp"
 #include "bake/triangles/builder.hpp"
 #include "formats/nif/reader.hpp"
 #include "formats/nif/writer.hpp"
 #include "tests/bake/quiet_bake.hpp"
-#include "tests/support/random.hpp"
-#include "tests/support/shapes.hpp"
+#include "tests/support/test_random.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
 namespace {

@@ -10,11 +10,11 @@
 #include "formats/mesh/read.hpp"
 #include "formats/nif/reader.hpp"
 #include "formats/nif/writer.hpp"
-#include "kernels/cpu/encodings/exact.hpp"
-#include "kernels/cpu/encodings/proof.hpp"
+#include "kernels/cpu/encodings/cpu_exact.hpp"
+#include "kernels/cpu/encodings/cpu_proof.hpp"
 #include "kernels/reference/batch.hpp"
-#include "kernels/reference/encodings/exact.hpp"
-#include "kernels/reference/planes/hit.hpp"
+#include "kernels/reference/encodings/reference_exact.hpp"
+#include "kernels/reference/planes/planes_hit.hpp"
 #include "tests/bake/adversary.hpp"
 #include "tests/support/real_meshes.hpp"
 
@@ -37,7 +37,7 @@ struct ExactObject {
     bake::store_occupancy(occupied.occupancy, occupied.mesh.name, planes);
     format::leave_bare(planes);  // numbers the voxels of bricks, of which there are fewer without corners
     planes.voxel_records = occupied.object.planes->voxel_records;
-    planes.parts = occupied.object.planes->parts;
+    planes.children = occupied.object.planes->children;
     object.triangles =
         bake::build_bvh(occupied.prepared.surface.positions, occupied.prepared.surface.triangles);
     file = format::encode(asset);
@@ -118,9 +118,9 @@ void compare(const ExactObject& o, uint64_t segments, bool by_reference, Tally& 
         for (float& x : s.origin) x *= static_cast<float>(random_size(random, 10.0, 1e6));
       kernels::set_segment(work->batch, i, s);
       expected.push_back(kernels::query(o.field.triangles, s));
-      kernels::Walk walk;
-      kernels::walk_segment(o.field.planes, s, walk);
-      proven += walk.certain;
+      kernels::FullTraversal traversal;
+      kernels::traverse_segment(o.field.planes, s, traversal);
+      proven += traversal.certain;
       provable.push_back(kernels::prove(o.field.planes, s, parts.emplace_back()));
       differ += provable.back().certain
                     ? provable.back().visible != expected.back().visible

@@ -8,11 +8,11 @@
 #include <numeric>
 #include <string_view>
 
-#include "bake/oracle/ray_sets.hpp"
+#include "bake/ground_truth/ray_sets.hpp"
 #include "bake/reference_answers.hpp"
 #include "formats/nif/writer.hpp"
 #include "tests/bake/quiet_bake.hpp"
-#include "tests/support/shapes.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "bake/planes/voxelize.hpp"
 #include "formats/base/vector.hpp"
-#include "tests/support/shapes.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
 namespace {

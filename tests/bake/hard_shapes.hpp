@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "formats/base/random.hpp"
-#include "formats/mesh/scene.hpp"
+#include "formats/mesh/mesh_scene.hpp"
 
 namespace nif::test {
 

@@ -14,14 +14,14 @@
 #include <memory>
 #include <mutex>
 
-#include "bake/oracle/prepare.hpp"
-#include "bake/oracle/ray_sets.hpp"
+#include "bake/ground_truth/prepare.hpp"
+#include "bake/ground_truth/ray_sets.hpp"
 #include "bake/triangles/builder.hpp"
 #include "formats/base/vector.hpp"
 #include "formats/mesh/read.hpp"
-#include "formats/nif/triangles/part.hpp"
-#include "kernels/reference/triangles/hit.hpp"
-#include "tests/bake/exact_oracle.hpp"
+#include "formats/nif/triangles/triangles_part.hpp"
+#include "kernels/reference/triangles/triangles_hit.hpp"
+#include "tests/bake/exact_truth.hpp"
 #include "tests/bake/hard_shapes.hpp"
 #include "tests/support/real_meshes.hpp"
 
@@ -33,20 +33,20 @@ using kernels::kNoHit;
 using kernels::Segment;
 
 /// Built on first use, because that takes longer than most comparisons.
-class LateOracle {
+class LateTruth {
  public:
-  explicit LateOracle(const bake::Prepared& prepared) : prepared_(prepared) {}
-  const ExactOracle& get() {
+  explicit LateTruth(const bake::Prepared& prepared) : prepared_(prepared) {}
+  const ExactTruth& get() {
     std::call_once(built_, [&] {
-      oracle_ = std::make_unique<ExactOracle>(prepared_.surface.positions, prepared_.surface.triangles);
+      embree_ = std::make_unique<ExactTruth>(prepared_.surface.positions, prepared_.surface.triangles);
     });
-    return *oracle_;
+    return *embree_;
   }
 
  private:
   const bake::Prepared& prepared_;
   std::once_flag built_;
-  std::unique_ptr<ExactOracle> oracle_;
+  std::unique_ptr<ExactTruth> embree_;
 };
 
 struct Tally {
@@ -55,7 +55,7 @@ struct Tally {
 
 /// Whether a hit is right within the length `off`, by exact predicates. At the very ends of a segment,
 /// rounding in double precision decides.
-bool is_right(const ExactOracle& exact, const Segment& ray, const Hit& hit, double off, double reach) {
+bool is_right(const ExactTruth& exact, const Segment& ray, const Hit& hit, double off, double reach) {
   const auto steps = static_cast<float>(off / length(to_double(std::to_array(ray.direction))));
   const bool met = hit.t < kNoHit;
   Segment before = ray;
@@ -75,14 +75,14 @@ void compare(const mesh::Mesh& mesh, uint64_t rays_of_set, Tally& tally) {
   const format::TrianglesData bvh = bake::build_bvh(prepared.surface.positions, prepared.surface.triangles);
   const kernels::TrianglesField field = format::field_of(bvh);
   const bake::GroundTruth truth(prepared);
-  LateOracle exact(prepared);
+  LateTruth exact(prepared);
   const double off = 1e-6 * prepared.box.diagonal(), reach = 10 * prepared.box.diagonal();
   for (const bake::RaySet set : bake::kRaySets) {
     if (set == bake::RaySet::inner_volume && !truth.source().has_volume) continue;
     const std::vector<Segment> rays = bake::draw_ray_set(truth.source(), set, rays_of_set, 11).segments;
     tbb::parallel_for(size_t{0}, rays.size(), [&](size_t i) {
       const Hit hit = kernels::intersect(field, rays[i]);
-      const auto embree = truth.source().oracle.first_hit(rays[i]);
+      const auto embree = truth.source().embree.first_hit(rays[i]);
       const bool met = hit.t < kNoHit;
       ++tally.rays;
       tally.hits += met;

@@ -8,7 +8,7 @@
 #include "formats/base/random.hpp"
 #include "kernels/reference/network/samples.hpp"
 #include "tests/support/occupied_object.hpp"
-#include "tests/support/shapes.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
 namespace {
@@ -103,7 +103,7 @@ TEST(Classify, ASphereHasAnInsideWhicheverWayItsTrianglesFace) {
   EXPECT_EQ(mixed.occupancy.states, whole.occupancy.states);
 }
 
-TEST(Classify, NothingIsTurnedWhereThatClosesNothing) {
+TEST(Classify, TurnsNothingIfThatClosesNothing) {
   mesh::Mesh bowl = open_bowl(10, 20);
   std::swap(bowl.triangles[7][0], bowl.triangles[7][1]);
   EXPECT_EQ(OccupiedObject(bowl, 40).prepared.closed.turned, 0u);

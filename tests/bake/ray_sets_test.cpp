@@ -1,5 +1,5 @@
 // The named ray sets are what docs/ray-sets.md says, and the same for any number of threads.
-#include "bake/oracle/ray_sets.hpp"
+#include "bake/ground_truth/ray_sets.hpp"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
@@ -9,9 +9,9 @@
 #include <numbers>
 #include <set>
 
-#include "bake/oracle/evaluate.hpp"
+#include "bake/ground_truth/evaluate.hpp"
 #include "tests/support/occupied_object.hpp"
-#include "tests/support/shapes.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
 namespace {
@@ -29,7 +29,7 @@ class RaySets : public testing::Test {
 
 TEST_F(RaySets, DoNotDependOnTheNumberOfThreads) {
   for (RaySet set : bake::kRaySets) {
-    bake::LabelledRays results[2];
+    bake::RaysWithTruth results[2];
     for (size_t threads : {1, 2}) {
       tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
       results[threads - 1] = bake::make_ray_set(source, set, 20'000, 9);
@@ -39,7 +39,7 @@ TEST_F(RaySets, DoNotDependOnTheNumberOfThreads) {
                           20'000 * sizeof(kernels::Segment)),
               0);
     ASSERT_EQ(results[0].visible, results[1].visible);
-    const bake::LabelledRays other = bake::make_ray_set(source, set, 20'000, 10);
+    const bake::RaysWithTruth other = bake::make_ray_set(source, set, 20'000, 10);
     ASSERT_NE(
         std::memcmp(results[0].segments.data(), other.segments.data(), 20'000 * sizeof(kernels::Segment)), 0);
   }
@@ -52,7 +52,7 @@ TEST_F(RaySets, NamesAreFoundAgain) {
 
 TEST_F(RaySets, OuterLinesAreIsotropicLinesThroughTheBoxFromOutside) {
   constexpr size_t kCount = 200'000;
-  const bake::LabelledRays rays = bake::make_ray_set(source, RaySet::outer_lines, kCount, 1);
+  const bake::RaysWithTruth rays = bake::make_ray_set(source, RaySet::outer_lines, kCount, 1);
   Double3 mean{};
   double squares[3] = {};
   size_t occluded = 0;
@@ -76,7 +76,7 @@ TEST_F(RaySets, OuterLinesAreIsotropicLinesThroughTheBoxFromOutside) {
 }
 
 TEST_F(RaySets, InnerSurfaceStartsAtTheBiasOnTheVisibleSide) {
-  const bake::LabelledRays rays = bake::make_ray_set(source, RaySet::inner_surface, 20'000, 1);
+  const bake::RaysWithTruth rays = bake::make_ray_set(source, RaySet::inner_surface, 20'000, 1);
   for (const kernels::Segment& s : rays.segments) {
     const double distance = length(origin_of(s)) - 1;
     ASSERT_GT(distance, 0.0);
@@ -88,7 +88,7 @@ TEST_F(RaySets, InnerSurfaceStartsAtTheBiasOnTheVisibleSide) {
 }
 
 TEST_F(RaySets, InnerVolumeStartsOutsideTheSolid) {
-  const bake::LabelledRays rays = bake::make_ray_set(source, RaySet::inner_volume, 20'000, 1);
+  const bake::RaysWithTruth rays = bake::make_ray_set(source, RaySet::inner_volume, 20'000, 1);
   size_t close = 0;
   for (const kernels::Segment& s : rays.segments) {
     ASSERT_GT(length(origin_of(s)), 0.99);
@@ -98,7 +98,7 @@ TEST_F(RaySets, InnerVolumeStartsOutsideTheSolid) {
 }
 
 TEST_F(RaySets, SegmentsHaveLogUniformLengths) {
-  const bake::LabelledRays rays = bake::make_ray_set(source, RaySet::segments, 40'000, 1);
+  const bake::RaysWithTruth rays = bake::make_ray_set(source, RaySet::segments, 40'000, 1);
   size_t tenth = 0;
   for (const kernels::Segment& s : rays.segments) {
     const double fraction = s.tmax / source.box.diagonal();
@@ -110,7 +110,7 @@ TEST_F(RaySets, SegmentsHaveLogUniformLengths) {
 }
 
 TEST_F(RaySets, EachSunHasOneDirectionAndLightsWhatFacesIt) {
-  const bake::LabelledRays rays = bake::make_ray_set(source, RaySet::sun, 20'000, 1);
+  const bake::RaysWithTruth rays = bake::make_ray_set(source, RaySet::sun, 20'000, 1);
   ASSERT_EQ(rays.segments.size(), 20'000u);
   ASSERT_EQ(rays.group_ends.size(), bake::kSuns);
   ASSERT_EQ(rays.group_ends.back(), rays.segments.size());
@@ -130,7 +130,7 @@ TEST_F(RaySets, EachSunHasOneDirectionAndLightsWhatFacesIt) {
 
 /// Pictures that just contain the box, in scan order, from one viewpoint each.
 TEST_F(RaySets, EachCameraSeesTheWholeBoxInScanOrder) {
-  const bake::LabelledRays rays = bake::make_ray_set(source, RaySet::camera, 20'001, 1);
+  const bake::RaysWithTruth rays = bake::make_ray_set(source, RaySet::camera, 20'001, 1);
   ASSERT_EQ(rays.segments.size(), 20'001u);
   ASSERT_EQ(rays.group_ends.size(), bake::kCameras);
   const Double3 middle = (to_double(source.box.min) + to_double(source.box.max)) * 0.5;
@@ -165,7 +165,7 @@ TEST_F(RaySets, EachCameraSeesTheWholeBoxInScanOrder) {
     }
   }
   EXPECT_EQ(positions.size(), bake::kCameras);
-  const bake::LabelledRays other = bake::make_ray_set(source, RaySet::camera, 20'001, 2);
+  const bake::RaysWithTruth other = bake::make_ray_set(source, RaySet::camera, 20'001, 2);
   EXPECT_NE(origin_of(other.segments[0]), origin_of(rays.segments[0]));
 }
 
@@ -201,12 +201,12 @@ TEST(Accuracy, BoundsTheErrorAsClopperAndPearson) {
   EXPECT_EQ(bake::Accuracy{}.error_bound(), 0);
 }
 
-TEST(Oracle, IsInDoubtWhereRoundingDecides) {
+TEST(EmbreeTruth, IsInDoubtWhereRoundingDecides) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   const mesh::Mesh box = cube();
-  const bake::Oracle oracle(box.positions, box.triangles);
+  const bake::EmbreeTruth embree(box.positions, box.triangles);
   const auto in_doubt = [&](float x, float y, float tmax) {
-    return oracle.in_doubt({{x, y, -5}, {0, 0, 1}, 0, tmax});
+    return embree.in_doubt({{x, y, -5}, {0, 0, 1}, 0, tmax});
   };
   EXPECT_FALSE(in_doubt(0.3f, 0.2f, kInfinity));
   EXPECT_FALSE(in_doubt(1.5f, 0.2f, kInfinity));

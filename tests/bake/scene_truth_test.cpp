@@ -1,10 +1,10 @@
 // The ground truth of a scene of instances equals that of one mesh with all their triangles.
-#include "bake/oracle/scene_truth.hpp"
+#include "bake/ground_truth/scene_truth.hpp"
 
 #include <gtest/gtest.h>
 
 #include "formats/mesh/transform.hpp"
-#include "tests/support/shapes.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
 namespace {
@@ -49,14 +49,14 @@ TEST(SceneTruth, IsThatOfAllTriangles) {
   constexpr size_t kRays = 20'000;
   for (const bake::RaySet set : bake::kRaySets) {
     SCOPED_TRACE(bake::name_of(set));
-    const bake::LabelledRays rays = bake::make_ray_set(ours, set, kRays, 3);
+    const bake::RaysWithTruth rays = bake::make_ray_set(ours, set, kRays, 3);
     ASSERT_GT(rays.segments.size(), kRays / 2);
     size_t different = 0, beyond_doubt = 0, occluded = 0;
     for (size_t i = 0; i < rays.segments.size(); ++i) {
       occluded += !rays.visible[i];
-      if (rays.visible[i] == !theirs.oracle.occluded(rays.segments[i])) continue;
+      if (rays.visible[i] == !theirs.embree.occluded(rays.segments[i])) continue;
       ++different;
-      beyond_doubt += !ours.oracle.in_doubt(rays.segments[i]);
+      beyond_doubt += !ours.embree.in_doubt(rays.segments[i]);
     }
     EXPECT_LT(different, kRays / 1000);
     EXPECT_EQ(beyond_doubt, 0u);
@@ -67,13 +67,13 @@ TEST(SceneTruth, IsThatOfAllTriangles) {
 TEST(SceneTruth, HitsHaveNormalsOfTheWorldAndTheirInstance) {
   const SmallScene scene;
   const mesh::Mesh whole = scene.whole();
-  const bake::Oracle flat(whole.positions, whole.triangles);
+  const bake::EmbreeTruth flat(whole.positions, whole.triangles);
   const bake::RaySource& source = scene.truth.source();
-  const bake::LabelledRays rays = bake::make_ray_set(source, bake::RaySet::outer_lines, 20'000, 5);
+  const bake::RaysWithTruth rays = bake::make_ray_set(source, bake::RaySet::outer_lines, 20'000, 5);
   size_t hits = 0, alike = 0;
   std::array<size_t, 3> of_instance{};
   for (const kernels::Segment& ray : rays.segments) {
-    const auto ours = source.oracle.first_hit(ray), theirs = flat.first_hit(ray);
+    const auto ours = source.embree.first_hit(ray), theirs = flat.first_hit(ray);
     if (!ours || !theirs) continue;
     ++hits;
     ++of_instance.at(ours->instance);

@@ -5,10 +5,10 @@
 #include <functional>
 #include <map>
 
-#include "bake/oracle/prepare.hpp"
+#include "bake/ground_truth/prepare.hpp"
 #include "formats/mesh/read.hpp"
 #include "tests/mesh/encode.hpp"
-#include "tests/support/shapes.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
 namespace {

@@ -4,14 +4,14 @@
 #include <hwy/targets.h>
 #include <tbb/global_control.h>
 
-#include "bake/network/trainer.hpp"
-#include "bake/network/trainer_kernels.hpp"
+#include "bake/network/network_trainer.hpp"
+#include "bake/network/network_trainer_kernels.hpp"
 #include "bake/reference_answers.hpp"
 #include "formats/base/status.hpp"
-#include "kernels/reference/planes/walk.hpp"
+#include "kernels/reference/planes/grid_traversal.hpp"
 #include "tests/bake/training_fault.hpp"
 #include "tests/support/occupied_object.hpp"
-#include "tests/support/shapes.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
 namespace {
@@ -53,8 +53,8 @@ struct Trained {
  private:
   double error(RaySet set, const format::Mlp& network) const {
     const kernels::SegmentField field = format::field_of(object->object, network);
-    const bake::LabelledRays rays = bake::make_ray_set(object->truth->source(), set, 50'000, 77);
-    return bake::evaluate(rays, bake::reference_answerer(field), object->truth->source().oracle).error();
+    const bake::RaysWithTruth rays = bake::make_ray_set(object->truth->source(), set, 50'000, 77);
+    return bake::evaluate(rays, bake::reference_answerer(field), object->truth->source().embree).error();
   }
 };
 
@@ -111,14 +111,14 @@ TEST(Training, GivesTheSameBytesWithNarrowerVectors) {
   }
 }
 
-TEST(Training, GoesBackWhereTheLossBecomesNonFinite) {
+TEST(Training, GoesBackIfTheLossIsNotFinite) {
   const TrainingFault fault(300);
   const Trained trained(short_training());
   EXPECT_EQ(trained.result.recoveries, 1u);
   EXPECT_LT(trained.error(RaySet::outer_lines), 0.35 * trained.best_constant_error(RaySet::outer_lines));
 }
 
-TEST(Training, GoesBackWhereAllAnswersAreAlike) {
+TEST(Training, GoesBackIfAllAnswersAreEqual) {
   bake::TrainingOptions options = short_training();
   options.rays = 4'000'000;
   const TrainingFault fault(300, 1, TrainingFault::Kind::collapse);
@@ -128,21 +128,21 @@ TEST(Training, GoesBackWhereAllAnswersAreAlike) {
   EXPECT_LT(trained.error(RaySet::outer_lines), 0.35 * trained.best_constant_error(RaySet::outer_lines));
 }
 
-TEST(Training, FailsWhereAllAnswersAreAlikeInTheEnd) {
+TEST(Training, FailsIfAllAnswersStayEqual) {
   // There are 976 steps: enough to notice, but not to go back.
   const TrainingFault fault(500, 1, TrainingFault::Kind::collapse);
   const std::string failure = Trained(short_training()).result.failure;
   EXPECT_EQ(failure, "training of 'torus' failed: the network gives all rays the same answer");
 }
 
-TEST(Training, FailsRatherThanShipWhatDidNotTrain) {
+TEST(Training, FailsIfTrainingDoesNotHelp) {
   bake::TrainingOptions options = short_training();
   options.network_rate = std::numeric_limits<float>::quiet_NaN();
   const std::string failure = Trained(options).result.failure;
   EXPECT_TRUE(failure.starts_with("training of 'torus' failed: the loss stayed non-finite")) << failure;
 }
 
-TEST(Training, FailsWhereTheMixHasNoRays) {
+TEST(Training, FailsIfTheMixHasNoRays) {
   OccupiedObject o(cube(), 24);  // fills its box, so inner-volume has no rays
   bake::TrainingOptions options = short_training();
   options.mix = {0, 0, 1, 0, 0};
@@ -155,7 +155,7 @@ TEST(Training, FailsWhereTheMixHasNoRays) {
       << failure;
 }
 
-TEST(Training, EndsWhereItIsCancelledWhileRaysAreDrawn) {
+TEST(Training, CanBeCancelledWhileRaysAreDrawn) {
   OccupiedObject o(torus(60, 30), 24);
   std::atomic<bool> cancel{false};
   const auto at_once = [&](const bake::TrainingProgress& p) {
@@ -170,7 +170,7 @@ TEST(Training, EndsWhereItIsCancelledWhileRaysAreDrawn) {
   }
 }
 
-TEST(Training, EndsWhereItIsCancelled) {
+TEST(Training, CanBeCancelled) {
   OccupiedObject o(torus(60, 30), 24, CellOptions{.bare = true});
   std::atomic<bool> cancel{false};
   uint64_t seen = 0;
@@ -196,17 +196,17 @@ TEST(TrainingRays, AreFoundAsTheReferenceFindsThem) {
   const auto rays = bake::make_ray_set(o.truth->source(), bake::RaySet::inner_surface, 5'000, 4).segments;
   std::vector<uint32_t> open, expected;
   filter.select(rays, open);
-  kernels::Walk walk;
+  kernels::FullTraversal traversal;
   for (uint32_t i = 0; i < rays.size(); ++i) {
-    kernels::walk_segment(o.field, rays[i], walk);
-    if (walk.verdict == kernels::Verdict::ambiguous) expected.push_back(i);
+    kernels::traverse_segment(o.field, rays[i], traversal);
+    if (traversal.verdict == kernels::Verdict::open) expected.push_back(i);
   }
   EXPECT_EQ(open, expected);
   EXPECT_GT(open.size(), 100u);
   EXPECT_LT(open.size(), 4'900u);
 }
 
-TEST(TrainingRays, AreAmbiguousAndLabelledByTheOracle) {
+TEST(TrainingRays, AreOpenAndAnsweredByEmbree) {
   // Coarse enough to find all requested rays.
   const OccupiedObject o(torus(60, 30), 12);
   const bake::SurfaceCells cells(o.field);

@@ -6,7 +6,7 @@
 #include "formats/base/status.hpp"
 #include "tests/cli/program.hpp"
 #include "tests/support/gltf.hpp"
-#include "tests/support/shapes.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
 namespace {

@@ -16,7 +16,7 @@
 #include "formats/base/status.hpp"
 #include "tests/cli/mesh_text.hpp"
 #include "tests/cli/program.hpp"
-#include "tests/support/shapes.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
 namespace {
@@ -157,7 +157,7 @@ TEST_F(Batch, ContentCountsAndNotTimes) {
 }
 
 /// Found by fuzzing: a number outside of the range of its type was undefined behaviour.
-TEST_F(Batch, ADamagedRecordCountsAsNone) {
+TEST_F(Batch, ADamagedRecordIsIgnored) {
   write("a.obj", ball_);
   const std::string file = manifest("[[asset]]\nmesh = \"a.obj\"\n");
   ASSERT_EQ(batch_json(file)["baked"], 1);
@@ -311,7 +311,7 @@ TEST_F(Batch, TwoAtOnceWithForceLeaveWholeAssets) {
   EXPECT_EQ(batch_json(file)["current"], 4);
 }
 
-TEST_F(Batch, AMeshThatChangesWhileItIsBakedIsNoSuccess) {
+TEST_F(Batch, AMeshThatChangesDuringItsBakeIsAFailure) {
   write("a.obj", obj_text(icosphere(5)));
   const std::string file = manifest("[[asset]]\nmesh = \"*.obj\"\n",
                                     "encoding = \"segment\"\npreset = \"fast\"\nresolution = 24\nrays = 0\n");
@@ -357,7 +357,7 @@ TEST_F(Batch, RefusesManifestsThatContradictThemselves) {
   refused(path("none.toml"), "none.toml", Status::file_not_found);
 }
 
-TEST_F(Batch, SaysWhichOptionsDoNotGoTogether) {
+TEST_F(Batch, NamesContradictingOptions) {
   write("a.obj", ball_);
   const std::string file = manifest("[[asset]]\nmesh = \"*.obj\"\n");
   for (const std::vector<std::string>& more : {std::vector<std::string>{"--preset", "fast"},
@@ -416,7 +416,7 @@ TEST_F(Batch, ReplacesNoFileThatItReads) {
   EXPECT_EQ(batch(file, {"--report", path("out/a.nif")}).code, int(Status::usage));
 }
 
-TEST_F(Batch, NamesMayBeginAsOptionsDo) {
+TEST_F(Batch, NamesMayLookLikeOptions) {
   for (const char* name : {"-x.obj", "-h.obj", "--help.obj"}) write(name, ball_);
   write("library.toml",
         "[defaults]\nencoding = \"bvh\"\nrays = 0\n[[asset]]\nmesh = \"*.obj\"\noutput = \"{stem}.nif\"\n");

@@ -5,10 +5,10 @@
 #include <nlohmann/json.hpp>
 
 #include "formats/base/status.hpp"
-#include "formats/mesh/gltf/writer.hpp"
+#include "formats/mesh/gltf/gltf_writer.hpp"
 #include "tests/cli/mesh_text.hpp"
 #include "tests/cli/program.hpp"
-#include "tests/support/shapes.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
 namespace {

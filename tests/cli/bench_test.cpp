@@ -11,7 +11,7 @@
 #include "formats/base/status.hpp"
 #include "tests/cli/mesh_text.hpp"
 #include "tests/cli/program.hpp"
-#include "tests/support/shapes.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
 namespace {
@@ -94,7 +94,7 @@ TEST_F(Bench, OnAGpu) {
   const json on_cpu = json::parse(nif(bench({"--threads", "1", "--json"})).out);
   EXPECT_EQ(result["schema"], "nifkit.bench-gpu/2");
   EXPECT_NE(nif({"bench", "--help"}).out.find("nifkit.bench-gpu/2"), std::string::npos);
-  EXPECT_EQ(result["card"], "emulated card 0");
+  EXPECT_EQ(result["gpu"], "emulated GPU 0");
   EXPECT_EQ(result["against"], "bvh");
   EXPECT_EQ(result["rounds"], 2);
   ASSERT_EQ(result["sets"].size(), 3u);
@@ -117,7 +117,7 @@ TEST_F(Bench, OnAGpu) {
     EXPECT_EQ(set[set["way"].get<std::string>()]["mrays_per_s"], fastest);
     EXPECT_FALSE(set.contains("stages") || set.contains("batches"));
   }
-  for (const char* bytes : {"file", "card", "other"})
+  for (const char* bytes : {"file", "gpu", "other"})
     EXPECT_GT(result["bytes"][bytes].get<uint64_t>(), 1000u) << bytes;
 
   outcome = nif(bench({"--device", "gpu", "--set", "inner-surface", "--stages", "--batches", "--json"}));
@@ -147,7 +147,7 @@ TEST_F(Bench, OnAGpu) {
   EXPECT_NE(outcome.out.find("by rays per query"), std::string::npos) << outcome.out;
   outcome = nif(bench({"--device", "gpu", "--set", "sun"}));
   EXPECT_EQ(outcome.code, 0) << outcome.err;
-  EXPECT_NE(outcome.out.find("on emulated card 0, against an exact BVH of the mesh"), std::string::npos)
+  EXPECT_NE(outcome.out.find("on emulated GPU 0, against an exact BVH of the mesh"), std::string::npos)
       << outcome.out;
   ASSERT_EQ(setenv("NIF_GPU_MODULE", "/no/such/module.so", 1), 0);
   outcome = nif(bench({"--device", "gpu"}));

@@ -23,8 +23,8 @@ TEST_F(Devices, AreListed) {
   const auto lines = lines_of(outcome.out);
   ASSERT_EQ(lines.size(), 7u) << outcome.out;
   EXPECT_TRUE(lines[0].starts_with("cpu  isa ")) << lines[0];
-  EXPECT_TRUE(lines[1].starts_with("gpu  device=0: emulated card 0, wmma, ")) << lines[1];
-  EXPECT_TRUE(lines[2].starts_with("gpu  device=1: emulated card 1, imma, ")) << lines[2];
+  EXPECT_TRUE(lines[1].starts_with("gpu  device=0: emulated GPU 0, wmma, ")) << lines[1];
+  EXPECT_TRUE(lines[2].starts_with("gpu  device=1: emulated GPU 1, imma, ")) << lines[2];
   EXPECT_EQ(outcome.err, "");
 
   const auto result = nlohmann::json::parse(nif({"devices", "--json"}).out);
@@ -34,13 +34,13 @@ TEST_F(Devices, AreListed) {
   EXPECT_EQ(result["backends"][1]["available"], false);
   EXPECT_EQ(result["backends"][2]["name"], "hip");
   EXPECT_EQ(result["backends"][2]["available"], true);
-  ASSERT_EQ(result["cards"].size(), 6u);
-  EXPECT_EQ(result["cards"][1]["device"], 1);
-  EXPECT_EQ(result["cards"][1]["backend"], "hip");
-  EXPECT_EQ(result["cards"][1]["pci"], "0001:03:03.0");
-  EXPECT_EQ(result["cards"][1]["uuid"], "ab010000-0000-0000-0000-000000000000");
-  EXPECT_EQ(result["cards"][1]["target"], "imma");
-  EXPECT_EQ(result["cards"][1]["available"], true);
+  ASSERT_EQ(result["gpus"].size(), 6u);
+  EXPECT_EQ(result["gpus"][1]["device"], 1);
+  EXPECT_EQ(result["gpus"][1]["backend"], "hip");
+  EXPECT_EQ(result["gpus"][1]["pci"], "0001:03:03.0");
+  EXPECT_EQ(result["gpus"][1]["uuid"], "ab010000-0000-0000-0000-000000000000");
+  EXPECT_EQ(result["gpus"][1]["target"], "imma");
+  EXPECT_EQ(result["gpus"][1]["available"], true);
 }
 #endif
 
@@ -54,7 +54,7 @@ TEST_F(Devices, AreToldWhyThereAreNone) {
   const auto result = nlohmann::json::parse(nif({"devices", "--json"}).out);
   EXPECT_EQ(result["backends"][1]["available"], false);
   EXPECT_NE(result["backends"][1]["reason"], "");
-  EXPECT_EQ(result["cards"].size(), 0u);
+  EXPECT_EQ(result["gpus"].size(), 0u);
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 namespace nif::test {
 namespace {
 
-TEST(Help, OfTheProgramAndOfEachSubcommandIsPrintedAsAResult) {
+TEST(Help, IsPrintedToStandardOutput) {
   for (const std::vector<std::string>& command : std::vector<std::vector<std::string>>{{},
                                                                                        {"attach"},
                                                                                        {"bake"},
@@ -79,7 +79,7 @@ std::string words_of_help(std::vector<std::string> command) {
   return line;
 }
 
-TEST(Help, SaysTheSameOfAnOptionEverywhere) {
+TEST(Help, DescribesAnOptionTheSameEverywhere) {
   const std::string bake = words_of_help({"bake"});
   for (const std::vector<std::string>& command : std::vector<std::vector<std::string>>{{"eval"},
                                                                                        {"mesh", "compare"},

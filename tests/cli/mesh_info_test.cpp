@@ -6,7 +6,7 @@
 #include "formats/base/status.hpp"
 #include "tests/cli/mesh_text.hpp"
 #include "tests/cli/program.hpp"
-#include "tests/support/shapes.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
 namespace {
@@ -31,7 +31,7 @@ class MeshInfo : public testing::Test {
   const TempDir folder_;
 };
 
-TEST_F(MeshInfo, SaysItAsJson) {
+TEST_F(MeshInfo, PrintsJson) {
   const Outcome outcome = info({two_objects(), "--json"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_EQ(outcome.err, "");
@@ -57,14 +57,14 @@ TEST_F(MeshInfo, SaysItAsJson) {
             nullptr);
 }
 
-TEST_F(MeshInfo, SaysItToPeople) {
+TEST_F(MeshInfo, PrintsText) {
   const Outcome outcome = info({two_objects()});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   for (const char* text : {"2 meshes", "8 edges in 1 loop", "2: 1 closed, 1 open", "'bowl'", "0 vertices"})
     EXPECT_NE(outcome.out.find(text), std::string::npos) << "'" << text << "' in: " << outcome.out;
 }
 
-TEST_F(MeshInfo, TakesAnySoup) {
+TEST_F(MeshInfo, AcceptsAnyTriangleSoup) {
   const std::string flat =
       folder_.write("flat.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\nf 1 1 2\n").string();
   const Outcome outcome = info({flat, "--json"});

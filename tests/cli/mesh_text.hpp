@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <string>
 
-#include "formats/mesh/scene.hpp"
+#include "formats/mesh/mesh_scene.hpp"
 
 namespace nif::test {
 

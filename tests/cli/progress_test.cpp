@@ -40,7 +40,7 @@ TEST(Progress, ProgramsAndTerminalsGetTenASecond) {
   EXPECT_NEAR(shown(Reader::terminal, 10, still), 100, 2);
 }
 
-TEST(TimeLeft, IsForeseenFromWhatIsDone) {
+TEST(TimeLeft, IsEstimatedFromProgress) {
   TimeLeft left;
   EXPECT_EQ(left.text(1, 0.01), "");
   EXPECT_EQ(left.text(10, 0.1), "1:30 min left");
@@ -50,7 +50,7 @@ TEST(TimeLeft, IsForeseenFromWhatIsDone) {
   EXPECT_EQ(TimeLeft().text(3600, 0.1), "9:00 h left");
 }
 
-TEST(TimeLeft, CountsNeverUpWhileAStageTakesLonger) {
+TEST(TimeLeft, NeverGrowsWhileAStageTakesLonger) {
   TimeLeft left;
   EXPECT_EQ(left.text(50, 0.5), "50 s left");
   EXPECT_EQ(left.text(60, 0.5), "40 s left");

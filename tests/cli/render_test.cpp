@@ -9,7 +9,7 @@
 #include "tests/cli/mesh_text.hpp"
 #include "tests/cli/program.hpp"
 #include "tests/support/gltf.hpp"
-#include "tests/support/shapes.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
 namespace {
@@ -320,7 +320,7 @@ TEST_F(Render, WhatAssetsAloneCannotRender) {
   refused(with(good), Status::mesh_mismatch, "was not baked from");
 }
 
-TEST_F(Render, WithoutAssetsThereIsTheReference) {
+TEST_F(Render, WithoutAssetsOnlyTheReferenceIsRendered) {
   folder_.write("ring.obj", obj_text(torus(32, 16)));
   const std::string scene = folder_.write("scene.toml", scene_text("mesh = 'ring.obj'\n")).string();
   const std::string sheet = (folder_.path() / "sheet.png").string();

@@ -10,7 +10,7 @@
 #include "formats/base/status.hpp"
 #include "tests/cli/mesh_text.hpp"
 #include "tests/cli/program.hpp"
-#include "tests/support/shapes.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
 namespace {
@@ -79,7 +79,7 @@ TEST_F(Resume, GoesOnToTheSameBytes) {
   EXPECT_FALSE(fs::exists(checkpoint_));
 }
 
-TEST_F(Resume, IsAskedForAndBeginsAtTheStartWithoutACheckpoint) {
+TEST_F(Resume, IsOptionalAndStartsAnewWithoutACheckpoint) {
   const std::vector<std::string> quick{"bake", path("torus.obj"), "-o", path("torus.nif"), "--encoding",
                                        "bvh",  "--rays",          "0"};
   std::vector<std::string> resumed = quick;

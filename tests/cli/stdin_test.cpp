@@ -6,7 +6,7 @@
 #include "formats/base/status.hpp"
 #include "tests/cli/mesh_text.hpp"
 #include "tests/cli/program.hpp"
-#include "tests/support/shapes.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
 namespace {
@@ -70,7 +70,7 @@ TEST_F(Stdin, IsRefusedWithASentence) {
   EXPECT_EQ(nif({"mesh", "info", "-", "--format", "obj"}).code, int(Status::file_empty));
 }
 
-TEST_F(Stdin, AFormatIsBelievedMoreThanAName) {
+TEST_F(Stdin, FormatOptionsOverrideNames) {
   const std::string misnamed = folder_.write("ball.dat", read_bytes(obj_)).string();
   EXPECT_EQ(nif({"mesh", "info", misnamed}).code, int(Status::not_a_mesh));
   EXPECT_EQ(nif({"mesh", "info", misnamed, "--format", "obj"}).code, 0);

@@ -6,8 +6,8 @@
 #include "formats/base/status.hpp"
 #include "tests/cli/mesh_text.hpp"
 #include "tests/cli/program.hpp"
-#include "tests/support/shapes.hpp"
 #include "tests/support/temp_dir.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
 namespace {

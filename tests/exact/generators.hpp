@@ -9,7 +9,7 @@
 
 #include "formats/base/random.hpp"
 #include "formats/mesh/box.hpp"
-#include "formats/mesh/scene.hpp"
+#include "formats/mesh/mesh_scene.hpp"
 
 namespace nif::test {
 

@@ -7,7 +7,7 @@
 
 #include "formats/mesh/transform.hpp"
 #include "tests/exact/mesh_parts.hpp"
-#include "tests/support/shapes.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/support/shapes.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
 namespace {
@@ -63,7 +63,7 @@ TEST(Judge, KnowsFirstHits) {
   EXPECT_FALSE(judge.only_between(look, 0.5f, 2.9f).empty());
 }
 
-TEST(Judge, LetsWhatIsSeenEdgeOnPass) {
+TEST(Judge, AllowsMissesOfTrianglesSeenEdgeOn) {
   const Judge judge(triangle(), false);
   const NifRay within{{-1, 1, 1}, 0, {1, 0, 0}, kEndless};
   EXPECT_TRUE(judge.visible(judge.look(within)).empty());
@@ -74,7 +74,7 @@ TEST(Judge, LetsWhatIsSeenEdgeOnPass) {
   EXPECT_FALSE(judge.visible(judge.look(through)).empty());
 }
 
-TEST(Judge, KnowsTheInsideOfWhatIsClosed) {
+TEST(Judge, KnowsTheInsideOfClosedMeshes) {
   const Judge judge(cube(), true), open(cube(), false);
   const NifRay from_within{{0.1f, 0.2f, 0.3f}, 0, {1, 0.3f, 0.1f}, kEndless};
   EXPECT_TRUE(judge.starts_inside(judge.look(from_within)));

@@ -12,14 +12,14 @@ copy=${NIF_MUTATIONS:-build/mutations} seconds=60
 # A name, a file, and what sed does to it. Seams closed by slivers were once a fault. The judge leaves slivers out of half of
 # its BVHs, so that seams open up there without tolerance at edges.
 faults=(
-  'no padding of boxes|kernels/reference/triangles/query.hpp|s/kBvhPadding = 0x1p-20f/kBvhPadding = 0/'
-  'no padding of cells|bake/planes/cells.cpp|s/^using kernels::kSurfacePadding;/constexpr double kSurfacePadding = 0;/'
-  'planes moved inwards|bake/planes/cells.cpp|s/kHeightMargin \+ kHeightRoom/kHeightMargin - 20/'
-  'walls everywhere|bake/planes/cells.cpp|s/wall = is_wall\(/wall = true || is_wall(/'
-  'pockets called inside|bake/planes/cells.cpp|s/(sides\.(above|below)\(number\))/(\1 ? \1 : 2)/g'
-  'parity miscounted|bake/planes/cells.cpp|s/if \(is_double_\[i\]\) continue/if (false) continue/'
-  'no tolerance at edges|kernels/reference/triangles/query.hpp|s/kSurelyApart = 128 /kSurelyApart = 0 /'
-  'nothing is looked at edge-on|kernels/reference/triangles/query.hpp|s/kEdgeOn = 0x1p-2f/kEdgeOn = 0/'
+  'no padding of boxes|kernels/reference/triangles/triangles_query.hpp|s/kBvhPadding = 0x1p-20f/kBvhPadding = 0/'
+  'no padding of cells|bake/planes/fit_cells.cpp|s/^using kernels::kSurfacePadding;/constexpr double kSurfacePadding = 0;/'
+  'planes moved inwards|bake/planes/fit_cells.cpp|s/kHeightMargin \+ kHeightRoom/kHeightMargin - 20/'
+  'walls everywhere|bake/planes/fit_cells.cpp|s/wall = is_wall\(/wall = true || is_wall(/'
+  'pockets called inside|bake/planes/fit_cells.cpp|s/(sides\.(above|below)\(number\))/(\1 ? \1 : 2)/g'
+  'parity miscounted|bake/planes/fit_cells.cpp|s/if \(is_double_\[i\]\) continue/if (false) continue/'
+  'no tolerance at edges|kernels/reference/triangles/triangles_query.hpp|s/kSurelyApart = 128 /kSurelyApart = 0 /'
+  'nothing is looked at edge-on|kernels/reference/triangles/triangles_query.hpp|s/kEdgeOn = 0x1p-2f/kEdgeOn = 0/'
   'sides times depths in single precision|kernels/cpu/triangles/triangles-inl.hpp|s/\(\(u \* inverse\) \* z\[0\] \+ \(v \* inverse\) \* z\[1\]\) \+ \(w \* inverse\) \* z\[2\]/((u * z[0] + v * z[1]) + w * z[2]) * inverse/'
   'skewed instances far from their own origin|kernels/reference/instance.hpp|s/kMostOffset = 0x1p\+11f/kMostOffset = 0x1p+40f/'
   'boxes at the ends of floats|kernels/reference/instance.hpp|s/kMostT = 0x1p\+127f/kMostT = __builtin_inff()/'

@@ -14,7 +14,7 @@
 #include "bake/triangles/builder.hpp"
 #include "formats/mesh/transform.hpp"
 #include "formats/nif/writer.hpp"
-#include "kernels/reference/encodings/exact.hpp"
+#include "kernels/reference/encodings/reference_exact.hpp"
 #include "tests/support/coded.hpp"
 #include "tests/support/occupied_object.hpp"
 
@@ -206,7 +206,7 @@ Subject::Subject(const mesh::Mesh& mesh, const Transform& transform, Random& ran
     bake::store_occupancy(occupied.occupancy, occupied.mesh.name, proof);
     format::leave_bare(proof);  // numbers the voxels of bricks, of which there are fewer without corners
     proof.voxel_records = segment.planes->voxel_records;
-    proof.parts = segment.planes->parts;
+    proof.children = segment.planes->children;
   }
   for (const bool coded : {false, true}) {
     format::Asset asset;

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "formats/base/random.hpp"
-#include "formats/mesh/scene.hpp"
+#include "formats/mesh/mesh_scene.hpp"
 #include "tests/exact/generators.hpp"
-#include "tests/support/first_hits.hpp"
+#include "tests/support/test_first_hits.hpp"
 
 namespace nif::test {
 

@@ -8,7 +8,7 @@
 
 #include "tests/cli/mesh_text.hpp"
 #include "tests/support/gltf.hpp"
-#include "tests/support/shapes.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
 

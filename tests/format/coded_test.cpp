@@ -8,8 +8,8 @@
 #include "formats/nif/planes/coded_cells.hpp"
 #include "formats/nif/writer.hpp"
 #include "tests/format/damaged.hpp"
-#include "tests/support/meter.hpp"
 #include "tests/support/query_object.hpp"
+#include "tests/support/test_meter.hpp"
 
 namespace nif {
 namespace {
@@ -52,7 +52,7 @@ void expect_same(const PlanesData& a, const PlanesData& b) {
                                  [](const auto& one, const auto& other) { return one == other; }));
   EXPECT_EQ(a.voxel_base, b.voxel_base);
   EXPECT_EQ(a.voxel_records, b.voxel_records);
-  EXPECT_EQ(a.parts, b.parts);
+  EXPECT_EQ(a.children, b.children);
 }
 void expect_same(const NetworkData& a, const NetworkData& b) {
   EXPECT_EQ(a.brick_corners, b.brick_corners);
@@ -195,7 +195,7 @@ class OtherCells {
   }
   std::vector<uint32_t> words() const {
     std::vector<uint32_t> all(grid().voxel_records, grid().voxel_records + grid().surface_voxels);
-    all.insert(all.end(), grid().parts, grid().parts + grid().part_count);
+    all.insert(all.end(), grid().parts, grid().parts + grid().child_count);
     return all;
   }
   Bytes with(const Bytes& cells, uint32_t forms) const {
@@ -323,7 +323,7 @@ TEST(Coded, MayHaveNoSurface) {
   NetworkData& network = *asset.objects[0].network;
   data.voxels = {24, 24, 24};
   data.brick_table.assign(7 * 7 * 7, 2);
-  data.brick_states = {}, data.voxel_base = {}, data.voxel_records = {}, data.parts = {};
+  data.brick_states = {}, data.voxel_base = {}, data.voxel_records = {}, data.children = {};
   network.brick_corners = {}, network.corner_base = {}, network.features = {};
   network.corners = 0;
   const Bytes file = format::encode(asset);
@@ -340,7 +340,7 @@ class CodedFile : public testing::Test {
     options.coded = test::kCodedAll;
     for (uint64_t seed = 1; file_.empty(); ++seed) {
       asset_ = test::random_asset(seed, options);
-      if (asset_.objects[0].planes->parts.empty()) continue;
+      if (asset_.objects[0].planes->children.empty()) continue;
       file_ = format::encode(asset_);
       if (forms_of(file_, 0) != kAllCoded) file_.clear();
     }
@@ -399,12 +399,12 @@ TEST_F(CodedFile, WithWrongCountsIsRefused) {
     };
     expect_refused(changed(&PlanesRecord::mixed_bricks), "occupancy payload is not what an encoder makes");
     expect_refused(changed(&PlanesRecord::surface_voxels), "surface_voxels is not the number of");
-    expect_refused(changed(&PlanesRecord::part_count), "cells payload is not what an encoder makes");
+    expect_refused(changed(&PlanesRecord::child_count), "cells payload is not what an encoder makes");
     expect_refused(with_network([&](auto& record) { record.corners += uint32_t(by); }),
                    "corners is not the number of bits");
   }
   expect_refused(with_planes([](auto& record) { ++record.levels; }), "");
-  expect_refused(with_planes([](auto& record) { record.part_count = 1 << 20; }),
+  expect_refused(with_planes([](auto& record) { record.child_count = 1 << 20; }),
                  "payloads decode to more than 16 times their bytes");
   // An empty brick takes two bytes in an uncoded table, but almost none in a coded one.
   const uint32_t most = uint32_t(file_.size());
@@ -451,7 +451,7 @@ TEST_F(CodedFile, TakesMemoryOnlyInProportionToItself) {
   EXPECT_LT(memory_for(file_), bound(file_));
   for (uint32_t bit = 0; bit < 32; ++bit) {
     for (uint32_t PlanesRecord::*count :
-         {&PlanesRecord::mixed_bricks, &PlanesRecord::surface_voxels, &PlanesRecord::part_count}) {
+         {&PlanesRecord::mixed_bricks, &PlanesRecord::surface_voxels, &PlanesRecord::child_count}) {
       const Bytes changed = with_planes([&](PlanesRecord& record) { record.*count = 1u << bit; });
       EXPECT_LT(memory_for(changed), bound(changed)) << bit;
     }
@@ -465,7 +465,7 @@ TEST_F(CodedFile, TakesMemoryOnlyInProportionToItself) {
   EXPECT_LT(memory_for(wide), bound(wide));
 }
 
-TEST(Coded, LeavesWhatBecomesNoSmallerOrTooSmall) {
+TEST(Coded, LeavesPayloadsThatCodingDoesNotHelp) {
   test::RandomAssetOptions options{.objects = 1, .max_voxels = 40, .features = 8};
   options.coded = test::kCodedAll;
   format::Asset asset = test::random_asset(3, options);
@@ -527,9 +527,9 @@ TEST_F(CodedFile, IsNotMadeOfDamagedData) {
   };
   refused([](auto& planes, auto&) { planes.voxel_records[0] = kernels::kEmptyVoxel; });
   refused([](auto& planes, auto&) { planes.voxel_records[0] |= 63u << 4; });
-  refused([](auto& planes, auto&) { planes.parts.pop_back(); });
-  refused([](auto& planes, auto&) { planes.parts.push_back(kernels::kBareCell); });
-  refused([](auto& planes, auto&) { planes.parts[0] = kernels::make_link(255, 0); });
+  refused([](auto& planes, auto&) { planes.children.pop_back(); });
+  refused([](auto& planes, auto&) { planes.children.push_back(kernels::kBareCell); });
+  refused([](auto& planes, auto&) { planes.children[0] = kernels::make_link(255, 0); });
   refused([](auto& planes, auto&) { ++planes.voxel_base.back(); });
   refused([](auto& planes, auto&) { planes.brick_table[0] = 0xffff; });
   refused([](auto& planes, auto&) { planes.brick_states[0].surface ^= 1; });

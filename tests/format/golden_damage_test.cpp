@@ -12,8 +12,8 @@
 
 #include "formats/nif/writer.hpp"
 #include "tests/format/damaged.hpp"
-#include "tests/support/meter.hpp"
 #include "tests/support/query_object.hpp"
+#include "tests/support/test_meter.hpp"
 
 namespace nif {
 namespace {

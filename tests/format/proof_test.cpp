@@ -6,7 +6,7 @@
 
 #include "formats/nif/reader.hpp"
 #include "formats/nif/writer.hpp"
-#include "kernels/reference/scene.hpp"
+#include "kernels/reference/scene_query.hpp"
 #include "tests/format/damaged.hpp"
 #include "tests/support/query_object.hpp"
 
@@ -99,8 +99,8 @@ TEST(ProofFile, RefusesWrongRecords) {
     EXPECT_TRUE(refused(0, [](auto& r) { r.levels = 5; }));
     EXPECT_TRUE(refused(1, [](auto& r) { r.mixed_bricks += 1; }));
     EXPECT_TRUE(refused(1, [](auto& r) { r.surface_voxels -= 1; }));
-    EXPECT_TRUE(refused(1, [](auto& r) { r.part_count += 1; }));
-    EXPECT_TRUE(refused(1, [](auto& r) { r.part_count = 0xffffffff; }));
+    EXPECT_TRUE(refused(1, [](auto& r) { r.child_count += 1; }));
+    EXPECT_TRUE(refused(1, [](auto& r) { r.child_count = 0xffffffff; }));
     EXPECT_TRUE(refused(0, [](auto& r) { r.forms |= format::kPlanesForms + 1; }));
     EXPECT_TRUE(refused(0, [](auto& r) { r.forms ^= format::kStatedKinds; }));
     EXPECT_TRUE(refused(0, [](auto& r) { r.forms ^= format::kCodedOccupancy; }));

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <optional>
 
-#include "tests/support/random.hpp"
+#include "tests/support/test_random.hpp"
 
 namespace nif {
 namespace {

@@ -211,8 +211,8 @@ TEST(Refusal, PlanesRecords) {
   EXPECT_TRUE(planes([](auto& r) { r.occupancy.bytes -= 2; }));
   EXPECT_TRUE(planes([](auto& r) { r.levels = 5; }));
   EXPECT_TRUE(planes([](auto& r) { r.surface_voxels += 1; }));
-  EXPECT_TRUE(planes([](auto& r) { r.part_count += 1; }));
-  EXPECT_TRUE(planes([](auto& r) { r.part_count = 0xffffffff; }));
+  EXPECT_TRUE(planes([](auto& r) { r.child_count += 1; }));
+  EXPECT_TRUE(planes([](auto& r) { r.child_count = 0xffffffff; }));
   EXPECT_TRUE(planes([](auto& r) { r.cells.offset += 32; }));
   EXPECT_TRUE(planes([](auto& r) { r.cells.offset = r.occupancy.offset; }));
   EXPECT_TRUE(planes([](auto& r) { r.cells.reserved = 1; }));

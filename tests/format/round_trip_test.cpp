@@ -102,7 +102,7 @@ TEST(RoundTrip, BlocksAreAligned) {
 }
 
 TEST(RoundTrip, SameAnswers) {
-  uint64_t ambiguous = 0;
+  uint64_t open = 0;
   for (uint64_t seed = 100; seed < 120; ++seed) {
     const format::Asset asset = test::random_asset(seed);
     const auto bytes = format::encode(asset);
@@ -117,11 +117,11 @@ TEST(RoundTrip, SameAnswers) {
         ASSERT_EQ(ours.visible, theirs.visible);
         ASSERT_EQ(ours.certain, theirs.certain);
         ASSERT_EQ(ours.logit, theirs.logit);
-        ambiguous += ours.logit != kernels::kCertainLogit && ours.logit != -kernels::kCertainLogit;
+        open += ours.logit != kernels::kCertainLogit && ours.logit != -kernels::kCertainLogit;
       }
     }
   }
-  EXPECT_GT(ambiguous, 1000u);
+  EXPECT_GT(open, 1000u);
 }
 
 TEST(Writer, RefusesWhatTheReaderWould) {

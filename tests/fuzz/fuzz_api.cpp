@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "tests/fuzz/api_model.hpp"
-#include "tests/support/first_hits.hpp"
 #include "tests/support/query_answers.hpp"
+#include "tests/support/test_first_hits.hpp"
 
 namespace {
 

@@ -8,7 +8,7 @@
 
 #include "formats/nif/writer.hpp"
 #include "kernels/packed/feature_grid.hpp"
-#include "kernels/packed/walk_grid.hpp"
+#include "kernels/packed/traversal_grid.hpp"
 #include "kernels/reference/spherical/primary.hpp"
 #include "tests/format/damaged.hpp"
 #include "tests/fuzz/fuzz.hpp"
@@ -76,12 +76,12 @@ void query(const nif::kernels::PrimaryField& field) {
 
 /// The data of an object that is built for GPUs.
 void pack(const nif::kernels::AnyField& any) {
-  using nif::kernels::cpu::FeatureGrid, nif::kernels::cpu::WalkGrid;
+  using nif::kernels::cpu::FeatureGrid, nif::kernels::cpu::TraversalGrid;
   auto* const memory = std::pmr::get_default_resource();
-  if (const auto* exact = std::get_if<nif::kernels::ExactField>(&any)) WalkGrid(exact->planes, memory);
+  if (const auto* exact = std::get_if<nif::kernels::ExactField>(&any)) TraversalGrid(exact->planes, memory);
   const auto* field = std::get_if<nif::kernels::SegmentField>(&any);
   if (field == nullptr) return;
-  const WalkGrid walk(*field, memory);
+  const TraversalGrid grid(*field, memory);
   const FeatureGrid corners(*field, memory);
   if (corners.complete) must(corners.next_pairs().size() == corners.pairs.size());
 }

@@ -1,4 +1,4 @@
-// Any bytes given to the runtime as an asset, and what is accepted put on an emulated card: packed, uploaded
+// Any bytes given to the runtime as an asset, and what is accepted put on an emulated GPU: packed, uploaded
 // and asked by the GPU's own kernels, with the answers of the reference, bit by bit.
 #include <nif/nif.h>
 
@@ -27,15 +27,15 @@ namespace kernels = nif::kernels;
 constexpr uint32_t kRays = 40, kMostObjects = 3;
 
 /// GPU memory, allocated by the emulator so that the sanitizer knows its bounds.
-class OnCard {
+class OnGpu {
  public:
-  OnCard(uint32_t card, const void* from, size_t bytes)
-      : memory_(nif_emulated_machine()->allocate(card, bytes)) {
+  OnGpu(uint32_t gpu, const void* from, size_t bytes)
+      : memory_(nif_emulated_machine()->allocate(gpu, bytes)) {
     if (from) std::memcpy(memory_, from, bytes);
   }
-  ~OnCard() { nif_emulated_machine()->free(memory_); }
-  OnCard(const OnCard&) = delete;
-  OnCard& operator=(const OnCard&) = delete;
+  ~OnGpu() { nif_emulated_machine()->free(memory_); }
+  OnGpu(const OnGpu&) = delete;
+  OnGpu& operator=(const OnGpu&) = delete;
   template <class T>
   T* as() const {
     return static_cast<T*>(memory_);
@@ -52,12 +52,12 @@ void must_succeed(NifError error, const GpuMessage& message) {
 }
 
 /// An object on one emulated GPU, with one untransformed instance.
-class Card {
+class Gpu {
  public:
-  Card(const kernels::AnyField& field, const kernels::HitDetails& details, uint32_t card, GpuWay way)
-      : module_(*nif_gpu_module()), card_(card) {
+  Gpu(const kernels::AnyField& field, const kernels::HitDetails& details, uint32_t gpu, GpuWay way)
+      : module_(*nif_gpu_module()), gpu_(gpu) {
     const GpuSettings settings{way, 0};
-    must_succeed(module_.open_device(card, &settings, &device_, &message_), message_);
+    must_succeed(module_.open_device(gpu, &settings, &device_, &message_), message_);
     uint64_t bytes = 0;
     must_succeed(module_.upload_asset(device_, &field, &details, 1, &asset_, &bytes, &message_), message_);
     kernels::PlacedInstance instance{};
@@ -67,14 +67,14 @@ class Card {
     const GpuSceneView scene{nullptr, &instance, nullptr, &placed, 0, 1, 1, 0};
     must_succeed(module_.upload_scene(device_, &scene, &scene_, &message_), message_);
   }
-  ~Card() {
+  ~Gpu() {
     module_.free_scene(device_, scene_);
     module_.free_asset(device_, asset_);
     module_.close_device(device_);
     must(nif_emulated_machine()->allocations == 0);
   }
-  Card(const Card&) = delete;
-  Card& operator=(const Card&) = delete;
+  Gpu(const Gpu&) = delete;
+  Gpu& operator=(const Gpu&) = delete;
 
   void compare_answers(const kernels::AnyField& field, const std::vector<NifRay>& rays) {
     std::vector<int32_t> logit(rays.size());
@@ -96,12 +96,12 @@ class Card {
   /// Queries in GPU memory: first hits and open rays.
   void ask_for_more(const std::vector<NifRay>& rays) {
     const size_t count = rays.size();
-    const OnCard on_card(card_, rays.data(), count * sizeof(NifRay));
-    NifRays query = nifMakeRays(on_card.as<NifRay>(), count);
+    const OnGpu on_gpu(gpu_, rays.data(), count * sizeof(NifRay));
+    NifRays query = nifMakeRays(on_gpu.as<NifRay>(), count);
     query.memory = NIF_MEMORY_DEVICE;
-    query.stream = nif_emulated_machine()->make_stream(card_);
-    const OnCard hit(card_, nullptr, count), t(card_, nullptr, 4 * count), normal(card_, nullptr, 12 * count),
-        triangle(card_, nullptr, 4 * count), color(card_, nullptr, 12 * count);
+    query.stream = nif_emulated_machine()->make_stream(gpu_);
+    const OnGpu hit(gpu_, nullptr, count), t(gpu_, nullptr, 4 * count), normal(gpu_, nullptr, 12 * count),
+        triangle(gpu_, nullptr, 4 * count), color(gpu_, nullptr, 12 * count);
     NifHits hits{};
     hits.struct_size = sizeof(hits);
     hits.hit = hit.as<uint8_t>();
@@ -110,7 +110,7 @@ class Card {
     hits.triangle = triangle.as<uint32_t>();
     hits.color = color.as<float>();
     must_succeed(module_.intersect(device_, scene_, &query, &hits, &message_), message_);
-    const OnCard list(card_, nullptr, 4 * count), open_count(card_, nullptr, 4);
+    const OnGpu list(gpu_, nullptr, 4 * count), open_count(gpu_, nullptr, 4);
     NifAnswers no_answers{};
     no_answers.struct_size = sizeof(no_answers);
     NifOpenRays open{};
@@ -129,7 +129,7 @@ class Card {
 
  private:
   const GpuModule& module_;
-  uint32_t card_;
+  uint32_t gpu_;
   GpuDevice* device_ = nullptr;
   GpuAsset* asset_ = nullptr;
   GpuScene* scene_ = nullptr;
@@ -152,10 +152,10 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
       // The kinds of matrix instructions and the one kernel take turns.
       const uint32_t turn = (chance + o) % 8;
       const uint32_t kinds = uint32_t(std::size(nif::test::kMatrixKinds));
-      Card card(field, nif::format::hit_details(view, o), turn < kinds ? turn : turn - 2,
-                turn < kinds ? GpuWay::pipeline : GpuWay::one_kernel);
-      card.compare_answers(field, rays);
-      card.ask_for_more(rays);
+      Gpu gpu(field, nif::format::hit_details(view, o), turn < kinds ? turn : turn - 2,
+              turn < kinds ? GpuWay::pipeline : GpuWay::one_kernel);
+      gpu.compare_answers(field, rays);
+      gpu.ask_for_more(rays);
     }
   } catch (const nif::Error& error) {
     nif::test::must_refuse_well(error, "input");

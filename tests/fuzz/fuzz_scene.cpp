@@ -11,7 +11,7 @@
 #include "tests/fuzz/fuzz.hpp"
 #include "tools/batch/manifest.hpp"
 #include "tools/batch/record.hpp"
-#include "tools/render/image.hpp"
+#include "tools/render/image_file.hpp"
 #include "tools/render/scene_file.hpp"
 
 namespace {

@@ -8,7 +8,7 @@
 
 #include "tests/mesh/encode.hpp"
 #include "tests/support/pictures.hpp"
-#include "tests/support/shapes.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
 namespace {

@@ -291,7 +291,7 @@ void mutate_grid(format::PlanesData& data, format::NetworkData* network, Random&
 void mutate_cells(format::PlanesData& data, Random& random) {
   if (random.below(4) == 0) data.levels = random.below(kernels::kMaxLevels + 1);
   for (uint32_t changes = 1 + random.below(4); changes > 0; --changes) {
-    std::vector<uint32_t>& words = random.below(2) ? data.voxel_records : data.parts;
+    std::vector<uint32_t>& words = random.below(2) ? data.voxel_records : data.children;
     if (words.empty()) continue;
     uint32_t& word = words[random.below(uint32_t(words.size()))];
     switch (random.below(4)) {

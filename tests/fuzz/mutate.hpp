@@ -3,7 +3,7 @@
 #pragma once
 
 #include "tests/format/damaged.hpp"
-#include "tests/support/random.hpp"
+#include "tests/support/test_random.hpp"
 
 namespace nif::test {
 

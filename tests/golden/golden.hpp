@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "kernels/reference/ray.hpp"
-#include "tests/support/first_hits.hpp"
+#include "tests/support/test_first_hits.hpp"
 
 namespace nif::test {
 

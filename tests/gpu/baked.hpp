@@ -4,7 +4,7 @@
 #include <atomic>
 
 #include "bake/bake.hpp"
-#include "bake/oracle/prepare.hpp"
+#include "bake/ground_truth/prepare.hpp"
 #include "formats/nif/reader.hpp"
 #include "formats/nif/writer.hpp"
 

@@ -127,11 +127,11 @@ class GpuBarriersOfNetworks : public GpuModuleTest {
     return query_all(scene.get(), rays);
   }
   /// How many answers differ from those in the first order, without defects.
-  void expect_needed(const char* kernel, uint32_t card, const char* more, const format::Asset& asset,
+  void expect_needed(const char* kernel, uint32_t gpu, const char* more, const format::Asset& asset,
                      size_t count) {
     Random random(3);
     const std::vector<NifRay> rays = rays_in_cube(random, 6, count);
-    const std::string config = GpuModuleTest::config(card) + more;
+    const std::string config = GpuModuleTest::config(gpu) + more;
     machine().processors = 1;
     machine().order = 0;
     machine().defective = "";
@@ -154,8 +154,8 @@ class GpuBarriersOfNetworks : public GpuModuleTest {
 
 TEST_F(GpuBarriersOfNetworks, OfSegmentObjectsAreAllNeeded) {
   const format::Asset asset = random_asset(21, {.objects = 25, .instances = 0, .features = 2});
-  for (const uint32_t card : {0u, 2u})
-    expect_needed("nif_pipeline_segment_2", card, ",pipeline=on", asset, 60'000);
+  for (const uint32_t gpu : {0u, 2u})
+    expect_needed("nif_pipeline_segment_2", gpu, ",pipeline=on", asset, 60'000);
 }
 
 TEST_F(GpuBarriersOfNetworks, OfSphericalObjectsAreAllNeeded) {

@@ -125,23 +125,24 @@ static_assert(resident_warps(64) == 32 && resident_warps(72) == 28 && resident_w
 /// details joins answers in double precision. Those are bounded by what compilers need today, so that a
 /// change for the worse shows.
 ///
-/// A walk holds the planes of a cell, and the segment's way through it, besides its own state. That costs
-/// some 20 registers on CDNA and 10 on NVIDIA, and of the waves that registers leave room for: in the
-/// pipeline's walk one of 5 on gfx942 (none of 4 on gfx90a) and 4 of 28 on NVIDIA; in the one with details
-/// one of 4 and none of 20; in nif_scene_segment one of 4 on gfx90a; in the one with details and in
-/// nif_pipeline_alone 4 of 20 on NVIDIA. That runs end at planes, and not where cells do, costs up to 6
-/// registers more: one of 4 waves in the pipeline's walk on gfx90a, and 4 of 20 warps in nif_scene_segment on
-/// NVIDIA. Where there may be an `exact` object, a ray waits in the space of its BVH while it is walked: 2
-/// registers in nif_pipeline_walk_any on gfx90a, and no wave. `proof` objects, with a walk of their own, cost
-/// 2 in the one with details on CDNA: 186, of which there is room for 2 waves, as of 184.
+/// A traversal holds the planes of a cell, and the segment's way through it, besides its own state. That
+/// costs some 20 registers on CDNA and 10 on NVIDIA, and of the waves that registers leave room for: in the
+/// pipeline's traversal one of 5 on gfx942 (none of 4 on gfx90a) and 4 of 28 on NVIDIA; in the one with
+/// details one of 4 and none of 20; in nif_scene_segment one of 4 on gfx90a; in the one with details and in
+/// nif_pipeline_alone 4 of 20 on NVIDIA. That intervals end at planes, and not where cells do, costs up to 6
+/// registers more: one of 4 waves in the pipeline's traversal on gfx90a, and 4 of 20 warps in
+/// nif_scene_segment on NVIDIA. Where there may be an `exact` object, a ray waits in the space of its BVH
+/// while it is traversed: 2 registers in nif_pipeline_traverse_any on gfx90a, and no wave. `proof` objects,
+/// with a traversal of their own, cost 2 in the one with details on CDNA: 186, of which there is room for 2
+/// waves, as of 184.
 ///
 /// A thread that looks for a first hit keeps besides all this what it has found so far, the nearest triangle
-/// of a BVH in double precision, and of a walk its last open cell. Lists of open cells would have been 1.5 kB
-/// of stack.
+/// of a BVH in double precision, and of a traversal its last open cell. Lists of open cells would have been
+/// 1.5 kB of stack.
 ///
-/// nif_pipeline_walk_one gives a lane the next ray, so the ray's number and a walk's state live as long as
-/// the lane; yet it takes fewer registers than nif_pipeline_walk_segment, which knows the way through a top
-/// level.
+/// nif_pipeline_traverse_one gives a lane the next ray, so the ray's number and a traversal's state live as
+/// long as the lane; yet it takes fewer registers than nif_pipeline_traverse_segment, which knows the way
+/// through a top level.
 ///
 /// Three kernels without details are made for 16 blocks of 64 threads on NVIDIA, which leaves a thread 64
 /// registers. What then is in memory costs less than twice as many warps gain: measured on an H200
@@ -149,9 +150,9 @@ static_assert(resident_warps(64) == 32 && resident_warps(72) == 28 && resident_w
 ///
 /// A ray seldom passes close to an edge, but what looks at that (passes_close()) takes registers wherever
 /// triangles are tested: up to 16 on AMD and 26 on NVIDIA, which is one wave of 3 in nif_scene_bvh and in
-/// nif_pipeline_walk_any on gfx90a, 4 of 12 warps in nif_scene_bvh_details and in nif_scene_any_details, and
-/// 340 bytes more in memory where a thread has 64 registers. Called as a function, or with twice the digits,
-/// it took 50 to 90.
+/// nif_pipeline_traverse_any on gfx90a, 4 of 12 warps in nif_scene_bvh_details and in nif_scene_any_details,
+/// and 340 bytes more in memory where a thread has 64 registers. Called as a function, or with twice the
+/// digits, it took 50 to 90.
 ///
 /// A ray from far away is seldom met either. What moves it for boxes takes 2 registers in nif_scene_bvh on
 /// gfx90a, of which there is room for as many waves, and up to 180 bytes more in memory where a thread has 64
@@ -160,7 +161,7 @@ static_assert(resident_warps(64) == 32 && resident_warps(72) == 28 && resident_w
 /// Masks, and instances under numbers that are not 0, keep two pointers and a number more, which is 4
 /// registers where triangles are tested on gfx90a and in nif_scene_open on NVIDIA, of which there is room for
 /// as many waves, and up to 32 scalar registers more in lanes.
-/// nif_pipeline_walk_segment, for which nvcc then took 88 registers, is held at 6 blocks, and takes 78 as
+/// nif_pipeline_traverse_segment, for which nvcc then took 88 registers, is held at 6 blocks, and takes 78 as
 /// before, without memory.
 ///
 /// nif_scene_hits is made for 8 blocks on NVIDIA, of 128 registers; what is in memory then costs less than
@@ -178,12 +179,12 @@ const std::map<std::string, Bounds> kBounds{{"nif_pack_bits", {16, 16, 0, 0}},
                                             {"nif_pipeline_order", {16, 24, 0, 0}},
                                             {"nif_pipeline_segment_2", {120, 80, 40, 8}},
                                             {"nif_pipeline_segment_any", {128, 120, 32, 8}},
-                                            {"nif_pipeline_walk_any", {172, 128, 170, 168}},
-                                            {"nif_pipeline_walk_any_details", {194, 148, 216, 168}},
-                                            {"nif_pipeline_walk_one", {96, 80, 56, 0}},
-                                            {"nif_pipeline_walk_one_details", {104, 96, 72, 0}},
-                                            {"nif_pipeline_walk_segment", {136, 80, 88, 16}},
-                                            {"nif_pipeline_walk_segment_details", {160, 104, 152, 16}},
+                                            {"nif_pipeline_traverse_any", {172, 128, 170, 168}},
+                                            {"nif_pipeline_traverse_any_details", {194, 148, 216, 168}},
+                                            {"nif_pipeline_traverse_one", {96, 80, 56, 0}},
+                                            {"nif_pipeline_traverse_one_details", {104, 96, 72, 0}},
+                                            {"nif_pipeline_traverse_segment", {136, 80, 88, 16}},
+                                            {"nif_pipeline_traverse_segment_details", {160, 104, 152, 16}},
                                             {"nif_scene_any", {184, 128, 93, 144, 224}},
                                             {"nif_scene_any_details", {200, 186, 137, 144}},
                                             {"nif_scene_bvh", {174, 64, 130, 352, 1310}},
@@ -204,7 +205,7 @@ TEST_P(GpuCodeTest, HasEveryKernel) {
 }
 
 /// Two folders make the same bytes (see kernels/gpu/compile.sh).
-TEST_P(GpuCodeTest, IsNamedAfterNoFolder) {
+TEST_P(GpuCodeTest, ContainsNoPaths) {
   EXPECT_FALSE(std::regex_search(assembly_, std::regex("__hip_cuid_[0-9a-f]")));
 }
 
@@ -237,7 +238,7 @@ TEST_P(GpuCodeTest, ReadsNoStack) {
   }
 }
 
-TEST_P(GpuCodeTest, HasTheMatrixInstructionsThatAreMeant) {
+TEST_P(GpuCodeTest, HasTheExpectedMatrixInstructions) {
   for (const char* name : {"nif_pipeline_segment_2", "nif_pipeline_segment_any"})
     EXPECT_NE(assembly_of(assembly_, name, amd_).find(GetParam().product), std::string::npos) << name;
   // Of a layer of the paper's, 4 x 4 tiles of 16 x 16 for the wave's rays, and of the last one, 4 at a time.
@@ -272,17 +273,17 @@ TEST_P(GpuCodeTest, RoundsAsTheReference) {
   EXPECT_NE(assembly_.find("sqrt.rn.f32"), std::string::npos);
   for (const char* loose : {"mad.f32", ".approx", ".ftz", "div.full"})
     EXPECT_EQ(assembly_.find(loose), std::string::npos) << loose;
-  // Fused are those products of the leaping walk that are exact, or estimates, and no others. In each walk
-  // they are five along each axis: the cell's number, the plane of the exit, how far the segment has come,
-  // its estimated cell, and the plane to compare with.
+  // Fused are those products of the leaping traversal that are exact, or estimates, and no others. In each
+  // traversal they are five along each axis: the cell's number, the plane of the exit, how far the segment
+  // has come, its estimated cell, and the plane to compare with.
   for (const auto& [name, bounds] : kBounds) {
     const std::string code = assembly_of(assembly_, name, amd_);
     uint32_t fused = 0;
     for (size_t at = 0; (at = code.find("fma.rn.f32", at)) != std::string::npos; ++at) ++fused;
-    const bool walks = name.find("_walk_") != std::string::npos || name == "nif_pipeline_alone" ||
-                       name.starts_with("nif_scene_segment") || name.starts_with("nif_scene_any") ||
-                       name == "nif_scene_hits" || name == "nif_scene_open";
-    EXPECT_EQ(fused > 0, walks) << name;
+    const bool traversals = name.find("_traverse_") != std::string::npos || name == "nif_pipeline_alone" ||
+                            name.starts_with("nif_scene_segment") || name.starts_with("nif_scene_any") ||
+                            name == "nif_scene_hits" || name == "nif_scene_open";
+    EXPECT_EQ(fused > 0, traversals) << name;
     EXPECT_EQ(fused % 15, 0u) << name << ": " << fused;
   }
 }

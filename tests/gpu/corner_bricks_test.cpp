@@ -1,6 +1,6 @@
 // Kernels find a point's corners by bricks, and get the same sums as the reference, which finds them one by
 // one: in surface voxels, and next to them, where rounding may move a point.
-#include "kernels/gpu/network/device_field.hpp"
+#include "kernels/gpu/network/network_device_field.hpp"
 #include "kernels/packed/feature_grid.hpp"
 #include "tests/gpu/loaded.hpp"
 
@@ -17,7 +17,7 @@ TEST(CornerBricks, SumAsTheReference) {
       const kernels::cpu::FeatureGrid grid(field, std::pmr::new_delete_resource());
       ASSERT_TRUE(grid.complete);
       const std::vector<uint32_t> next_pairs = grid.next_pairs();
-      const kernels::gpu::DeviceSegmentField on_card{field, {}, grid.view(), next_pairs.data()};
+      const kernels::gpu::DeviceSegmentField on_gpu{field, {}, grid.view(), next_pairs.data()};
       Random random(seed);
       for (uint32_t i = 0; i < 20'000; ++i) {
         kernels::SamplePoint point;
@@ -31,7 +31,7 @@ TEST(CornerBricks, SumAsTheReference) {
           ++corners;
           for (uint32_t f = 0; f < 2; ++f) expected[f] += weight * field.features[2 * corner + f];
         });
-        kernels::gpu::sum_pairs(on_card, point, got[0], got[1]);
+        kernels::gpu::sum_pairs(on_gpu, point, got[0], got[1]);
         ASSERT_EQ(got[0], expected[0]) << "seed " << seed << ", point " << i;
         ASSERT_EQ(got[1], expected[1]) << "seed " << seed << ", point " << i;
         const int32_t voxel[3] = {point.voxel[0], point.voxel[1], point.voxel[2]};

@@ -206,7 +206,7 @@ TEST(Emulator, WhatAKernelThrowsComesOut) {
                std::out_of_range);
 }
 
-TEST(Emulator, RefusesBlocksThatThereAreNot) {
+TEST(Emulator, RefusesInvalidBlocks) {
   const auto nothing = [](const EmulatedThread&) {};
   EXPECT_NE(failure_of({.threads = 0}, nothing), "");
   EXPECT_NE(failure_of({.threads = 1025}, nothing), "");

@@ -1,10 +1,10 @@
 // A fake libcuda.so.1 or, with FAKE_HIP, libamdhip64.so.7, for tests: the calls that the GPU module makes, as
 // the libraries' headers declare them. The emulator runs the kernels, immediately. So tests run the installed
 // module from end to end: which code it picks, and which calls of the driver it makes. Calls that the real
-// libraries would refuse (without a context, or with memory that is not the card's) fail, or end the process.
+// libraries would refuse (without a context, or with memory that is not the GPU's) fail, or end the process.
 //
-// FAKE_VERSION: the version that the driver reports. FAKE_TARGET: the card's target, e.g. "sm_90" or
-// "gfx90a"; there is a card only in the library for that target. FAKE_WANTS: "elf" or "ptx", the form of code
+// FAKE_VERSION: the version that the driver reports. FAKE_TARGET: the GPU's target, e.g. "sm_90" or
+// "gfx90a"; there is a GPU only in the library for that target. FAKE_WANTS: "elf" or "ptx", the form of code
 // that must be loaded.
 #include <algorithm>
 #include <chrono>
@@ -37,17 +37,17 @@ std::string setting(const char* variable, const char* otherwise) {
   return text ? text : otherwise;
 }
 std::string target() { return setting("FAKE_TARGET", "none"); }
-bool has_card() { return target().starts_with(NIF_NAME("sm_", "gfx")); }
+bool has_gpu() { return target().starts_with(NIF_NAME("sm_", "gfx")); }
 int version() { return std::stoi(setting("FAKE_VERSION", NIF_NAME("13000", "60342131"))); }
 
 std::mutex mutex;
 std::map<char*, size_t> memory;
 int the_stream;
 
-/// Is the card current for the calling thread?
+/// Is the GPU current for the calling thread?
 bool is_current();
 
-bool is_of_card(const void* at, size_t bytes = 1) {
+bool is_of_gpu(const void* at, size_t bytes = 1) {
   const std::lock_guard lock(mutex);
   const auto* address = static_cast<const char*>(at);
   auto piece = memory.upper_bound(const_cast<char*>(address));
@@ -59,7 +59,7 @@ bool is_stream(const void* stream) { return stream == nullptr || stream == &the_
 
 void check_arrays(const gpu::SceneArrays& scene, const gpu::SceneQuery& query) {
   const auto check = [](const void* array) {
-    if (array && !is_of_card(array)) std::abort();
+    if (array && !is_of_gpu(array)) std::abort();
   };
   for (const void* array : {static_cast<const void*>(scene.nodes), static_cast<const void*>(scene.instances),
                             static_cast<const void*>(scene.users), static_cast<const void*>(scene.objects)})
@@ -71,7 +71,7 @@ void check_arrays(const gpu::SceneArrays& scene, const gpu::SceneQuery& query) {
   nif::runtime::visit_outputs([&](const auto&, const auto* array) { check(array); }, query);
 }
 
-/// Of the card's matrix instructions.
+/// Of the GPU's matrix instructions.
 nif::test::MatrixKind matrix_kind() {
   using nif::test::MatrixKind;
   return target() == "gfx90a"    ? MatrixKind::mfma16
@@ -86,7 +86,7 @@ struct FakeEvent {
 
 }  // namespace
 
-// ---- The card, and whose turn it is ---------------------------------------------------------------------
+// ---- The GPU, and whose turn it is ---------------------------------------------------------------------
 
 NIF_FAKE int NIF_NAME(cuInit, hipInit)(unsigned flags) { return flags == 0 ? kOk : kInvalidValue; }
 NIF_FAKE int NIF_NAME(cuDriverGetVersion, hipRuntimeGetVersion)(int* number) {
@@ -95,17 +95,15 @@ NIF_FAKE int NIF_NAME(cuDriverGetVersion, hipRuntimeGetVersion)(int* number) {
 
 #ifdef FAKE_HIP
 
-// Two cards; at first the second one is current for each thread.
+// Two GPUs; at first the second one is current for each thread.
 namespace {
 thread_local int current = 1;
 bool is_current() { return current == 0; }
 }  // namespace
 
-NIF_FAKE int hipGetDeviceCount(int* count) {
-  return *count = has_card() ? 2 : 0, has_card() ? kOk : kNoDevice;
-}
+NIF_FAKE int hipGetDeviceCount(int* count) { return *count = has_gpu() ? 2 : 0, has_gpu() ? kOk : kNoDevice; }
 NIF_FAKE int hipDeviceGetName(char* name, int length, int device) {
-  return device < 2 ? (std::snprintf(name, size_t(length), "fake card"), kOk) : kNoDevice;
+  return device < 2 ? (std::snprintf(name, size_t(length), "fake GPU"), kOk) : kNoDevice;
 }
 NIF_FAKE int hipDeviceGetPCIBusId(char* text, int length, int device) {
   return device < 2 ? (std::snprintf(text, size_t(length), "0001:a%d:1f.0", device), kOk) : kNoDevice;
@@ -118,7 +116,7 @@ NIF_FAKE int hipDeviceTotalMem(size_t* bytes, int device) {
 }
 NIF_FAKE int hipGetDevicePropertiesR0600(void* properties, int device) {
   if (device >= 2) return kNoDevice;
-  std::strcpy(static_cast<char*>(properties), "fake card");
+  std::strcpy(static_cast<char*>(properties), "fake GPU");
   std::strcpy(static_cast<char*>(properties) + 1160, (target() + ":sramecc+:xnack-").c_str());
   return kOk;
 }
@@ -142,24 +140,24 @@ struct PointerAttributes {
 }  // namespace
 /// As since ROCm 6: 0 is memory unknown to HIP, 2 is GPU memory.
 NIF_FAKE int hipPointerGetAttributes(PointerAttributes* attributes, const void* pointer) {
-  return *attributes = PointerAttributes{is_of_card(pointer) ? 2 : 0, 0, nullptr, nullptr, 0, 0}, kOk;
+  return *attributes = PointerAttributes{is_of_gpu(pointer) ? 2 : 0, 0, nullptr, nullptr, 0, 0}, kOk;
 }
 
 #else
 
 namespace {
-constexpr int kDevice = 7;  ///< the handle of card 0
+constexpr int kDevice = 7;  ///< the handle of GPU 0
 int the_context;
 thread_local int pushed = 0;
 bool is_current() { return pushed > 0; }
 }  // namespace
 
-NIF_FAKE int cuDeviceGetCount(int* count) { return *count = has_card(), kOk; }
+NIF_FAKE int cuDeviceGetCount(int* count) { return *count = has_gpu(), kOk; }
 NIF_FAKE int cuDeviceGet(int* device, int ordinal) {
-  return ordinal == 0 && has_card() ? (*device = kDevice, kOk) : kNoDevice;
+  return ordinal == 0 && has_gpu() ? (*device = kDevice, kOk) : kNoDevice;
 }
 NIF_FAKE int cuDeviceGetName(char* name, int length, int device) {
-  return device == kDevice ? (std::snprintf(name, size_t(length), "fake card"), kOk) : kNoDevice;
+  return device == kDevice ? (std::snprintf(name, size_t(length), "fake GPU"), kOk) : kNoDevice;
 }
 NIF_FAKE int cuDeviceGetPCIBusId(char* text, int length, int device) {
   return device == kDevice ? (std::snprintf(text, size_t(length), "10000:C1:00.0"), kOk) : kNoDevice;
@@ -197,7 +195,7 @@ NIF_FAKE int cuStreamGetCtx(void* stream, void** context) {
   return is_stream(stream) ? (*context = &the_context, kOk) : kInvalidValue;
 }
 NIF_FAKE int cuPointerGetAttribute(void* value, int attribute, unsigned long long address) {
-  if (!is_of_card(reinterpret_cast<void*>(address))) return kInvalidValue;
+  if (!is_of_gpu(reinterpret_cast<void*>(address))) return kInvalidValue;
   switch (attribute) {
     case 2:  // CU_POINTER_ATTRIBUTE_MEMORY_TYPE: CU_MEMORYTYPE_DEVICE
       return *static_cast<unsigned*>(value) = 2, kOk;
@@ -243,7 +241,7 @@ NIF_FAKE int NIF_NAME(cuLaunchKernel, hipModuleLaunchKernel)(void* function, uns
   const bool pack = kernel.name == "nif_pack_bits", whole = kernel.name.starts_with("nif_scene_");
   if (pack) {
     const auto& work = *static_cast<const gpu::PackWork*>(arguments[0]);
-    if (!is_of_card(work.visible) || !is_of_card(work.bits)) std::abort();
+    if (!is_of_gpu(work.visible) || !is_of_gpu(work.bits)) std::abort();
   } else {
     const auto* one = static_cast<const gpu::SceneWork*>(arguments[0]);
     const auto* piped = static_cast<const gpu::PipelineWork*>(arguments[0]);
@@ -275,18 +273,18 @@ NIF_FAKE int NIF_NAME(cuMemHostAlloc, hipHostMalloc)(void** piece, size_t bytes,
 NIF_FAKE int NIF_NAME(cuMemFreeHost, hipHostFree)(void* piece) { return std::free(piece), kOk; }
 NIF_FAKE int NIF_NAME(cuMemcpyHtoDAsync_v2, hipMemcpyHtoDAsync)(void* to, const void* from, size_t bytes,
                                                                 void* stream) {
-  if (!is_current() || !is_stream(stream) || !is_of_card(to, bytes)) return kInvalidValue;
+  if (!is_current() || !is_stream(stream) || !is_of_gpu(to, bytes)) return kInvalidValue;
   return std::memcpy(to, from, bytes), kOk;
 }
 NIF_FAKE int NIF_NAME(cuMemcpyDtoHAsync_v2, hipMemcpyDtoHAsync)(void* to, const void* from, size_t bytes,
                                                                 void* stream) {
-  if (!is_current() || !is_stream(stream) || !is_of_card(from, bytes)) return kInvalidValue;
+  if (!is_current() || !is_stream(stream) || !is_of_gpu(from, bytes)) return kInvalidValue;
   return std::memcpy(to, from, bytes), kOk;
 }
 
 NIF_FAKE int NIF_NAME(cuMemsetD8Async, hipMemsetD8Async)(void* to, unsigned char value, size_t bytes,
                                                          void* stream) {
-  if (!is_current() || !is_stream(stream) || !is_of_card(to, bytes)) return kInvalidValue;
+  if (!is_current() || !is_stream(stream) || !is_of_gpu(to, bytes)) return kInvalidValue;
   return std::memset(to, value, bytes), kOk;
 }
 

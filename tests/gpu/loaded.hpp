@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "formats/nif/writer.hpp"
-#include "tests/gpu/object_on_card.hpp"
+#include "tests/gpu/object_on_gpu.hpp"
 #include "tests/support/query_object.hpp"
 
 namespace nif::test {
@@ -53,14 +53,14 @@ inline void expect_reference(const format::ObjectView& object, const std::vector
   }
 }
 
-/// The same of an object that is put on a card for it.
+/// The same of an object that is put on a GPU for it.
 inline void expect_reference(const format::ObjectView& object, const std::vector<kernels::Segment>& segments,
-                             const CardWay& way) {
-  expect_reference(object, segments, ObjectOnCard(format::field_of(object), way).ask(segments));
+                             const EmulatedWay& way) {
+  expect_reference(object, segments, ObjectOnGpu(format::field_of(object), way).ask(segments));
 }
 
 /// Tests that are made for each way.
-class GpuWayTest : public testing::TestWithParam<CardWay> {
+class GpuWayTest : public testing::TestWithParam<EmulatedWay> {
  protected:
   void SetUp() override {
     machine().order = 0;
@@ -68,6 +68,6 @@ class GpuWayTest : public testing::TestWithParam<CardWay> {
   }
   static EmulatedMachine& machine() { return emulated_machine(NIF_EMULATED_MODULE); }
 };
-inline std::string name_of_way(const testing::TestParamInfo<CardWay>& info) { return info.param.name(); }
+inline std::string name_of_way(const testing::TestParamInfo<EmulatedWay>& info) { return info.param.name(); }
 
 }  // namespace nif::test

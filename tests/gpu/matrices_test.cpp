@@ -7,7 +7,7 @@
 
 #include "kernels/reference/half.hpp"
 #include "tests/gpu/emulator/emulator.hpp"
-#include "tests/support/random.hpp"
+#include "tests/support/test_random.hpp"
 
 namespace nif::kernels::gpu {
 namespace {

@@ -1,13 +1,13 @@
 // The GPU module gives the CPU's answers: by the same calls of nif.h, with kernels that the emulator runs.
-#include "kernels/gpu/planes/leaping_walk.hpp"
+#include "kernels/gpu/planes/skipping_traversal.hpp"
 #include "tests/gpu/module_fixture.hpp"
 
 namespace nif::test {
 namespace {
 
-/// A card, and the kernels that it uses.
+/// A GPU, and the kernels that it uses.
 struct Way {
-  uint32_t card;
+  uint32_t gpu;
   const char* pipeline;
 };
 /// Each kind of matrix instruction; the one kernel, in waves of 32 and of 64 lanes; and the faster way.
@@ -16,24 +16,24 @@ constexpr Way kWays[] = {{0, "on"}, {1, "on"},  {2, "on"},  {3, "on"},  {4, "on"
 
 class GpuAnswers : public GpuModuleTest, public testing::WithParamInterface<Way> {
  protected:
-  uint32_t card() const { return GetParam().card; }
+  uint32_t gpu() const { return GetParam().gpu; }
   bool by_one_kernel() const { return std::string_view(GetParam().pipeline) == "off"; }
-  std::string config() const { return GpuModuleTest::config(card()) + ",pipeline=" + GetParam().pipeline; }
+  std::string config() const { return GpuModuleTest::config(gpu()) + ",pipeline=" + GetParam().pipeline; }
 
   /// In host memory, and in GPU memory.
   void expect_twins(const TwinScenes& twins, const std::vector<NifRay>& rays) {
     const Answers expected = query_all(twins.cpu(), rays);
     expect_same(query_all(twins.gpu(), rays), expected);
-    CardQuery on_card(machine(), card(), rays);
-    void* stream = on_card.query.stream = machine().make_stream(card());
-    ASSERT_EQ(nifQuery(twins.gpu(), &on_card.query, &on_card.outputs), NIF_OK) << nifGetErrorMessage();
+    GpuQuery on_gpu(machine(), gpu(), rays);
+    void* stream = on_gpu.query.stream = machine().make_stream(gpu());
+    ASSERT_EQ(nifQuery(twins.gpu(), &on_gpu.query, &on_gpu.outputs), NIF_OK) << nifGetErrorMessage();
     machine().wait_stream(stream);
     machine().free_stream(stream);
-    expect_same(on_card.answers.get(), expected);
+    expect_same(on_gpu.answers.get(), expected);
   }
 };
 INSTANTIATE_TEST_SUITE_P(EachWay, GpuAnswers, testing::ValuesIn(kWays), [](const auto& p) {
-  return std::string(name_of(kMatrixKinds[p.param.card])) + "_" + p.param.pipeline;
+  return std::string(name_of(kMatrixKinds[p.param.gpu])) + "_" + p.param.pipeline;
 });
 
 TEST_P(GpuAnswers, ScenesOfAllEncodings) {
@@ -159,7 +159,7 @@ TEST_P(GpuAnswers, LayoutsAndOutputs) {
     std::vector<char> packed(kCount * stride + offset);
     for (size_t i = 0; i < kCount; ++i)
       std::memcpy(packed.data() + offset + i * stride, &rays[i], sizeof(NifRay));
-    const CardArray on_card(machine(), card(), packed.data(), packed.size());
+    const GpuArray on_gpu(machine(), gpu(), packed.data(), packed.size());
     // Bit 5: no tmin and tmax, and one direction for all.
     const auto describe = [&](const char* start) {
       const auto* ray = reinterpret_cast<const NifRay*>(start + offset);
@@ -185,11 +185,11 @@ TEST_P(GpuAnswers, LayoutsAndOutputs) {
     ASSERT_EQ(nifQuery(twins.gpu(), &query, &outputs), NIF_OK) << nifGetErrorMessage();
     expect_same(got, expected);
 
-    query = describe(on_card.as<char>());
-    const CardAnswers answers(machine(), card(), kCount);
+    query = describe(on_gpu.as<char>());
+    const GpuAnswerArrays answers(machine(), gpu(), kCount);
     outputs = choose(answers.outputs());
     query.memory = NIF_MEMORY_DEVICE;
-    query.stream = machine().make_stream(card());
+    query.stream = machine().make_stream(gpu());
     ASSERT_EQ(nifQuery(twins.gpu(), &query, &outputs), NIF_OK) << nifGetErrorMessage();
     machine().wait_stream(query.stream);
     machine().free_stream(query.stream);
@@ -222,16 +222,16 @@ TEST_P(GpuAnswers, QueriesAreCutIntoLaunches) {
   const std::vector<NifRay> rays = rays_in_cube(random, 6, 1001);
   const Answers expected = query_all(twins.cpu(), rays);
   machine().most_rays = 104;
-  CardQuery on_card(machine(), card(), rays);
-  on_card.query.stream = machine().make_stream(card());
+  GpuQuery on_gpu(machine(), gpu(), rays);
+  on_gpu.query.stream = machine().make_stream(gpu());
   const uint32_t before = machine().launches;
-  ASSERT_EQ(nifQuery(twins.gpu(), &on_card.query, &on_card.outputs), NIF_OK) << nifGetErrorMessage();
+  ASSERT_EQ(nifQuery(twins.gpu(), &on_gpu.query, &on_gpu.outputs), NIF_OK) << nifGetErrorMessage();
   if (by_one_kernel()) {
     EXPECT_EQ(machine().launches - before, 10u);
   }
-  machine().wait_stream(on_card.query.stream);
-  machine().free_stream(on_card.query.stream);
-  expect_same(on_card.answers.get(), expected);
+  machine().wait_stream(on_gpu.query.stream);
+  machine().free_stream(on_gpu.query.stream);
+  expect_same(on_gpu.answers.get(), expected);
 }
 
 /// 2^32 + 1 rays: enough launches are put into the stream. They are not run here.
@@ -240,23 +240,23 @@ TEST_P(GpuAnswers, QueriesMayHaveMoreRaysThan32BitsCount) {
   twins.add(twins.load(random_asset(9, {.objects = 1})), 0, kIdentity);
   twins.commit();
   machine().most_rays = 1u << 30;
-  CardQuery on_card(machine(), card(), std::vector<NifRay>(1));
-  on_card.query.count = (uint64_t{1} << 32) + 1;
-  on_card.query.origin_stride = on_card.query.direction_stride = 0;
-  on_card.query.tmin_stride = on_card.query.tmax_stride = 0;
+  GpuQuery on_gpu(machine(), gpu(), std::vector<NifRay>(1));
+  on_gpu.query.count = (uint64_t{1} << 32) + 1;
+  on_gpu.query.origin_stride = on_gpu.query.direction_stride = 0;
+  on_gpu.query.tmin_stride = on_gpu.query.tmax_stride = 0;
   const uint32_t before = machine().launches;
   const uint64_t rays = machine().rays_launched;
   machine().discard = true;
-  ASSERT_EQ(nifQuery(twins.gpu(), &on_card.query, &on_card.outputs), NIF_OK) << nifGetErrorMessage();
+  ASSERT_EQ(nifQuery(twins.gpu(), &on_gpu.query, &on_gpu.outputs), NIF_OK) << nifGetErrorMessage();
   if (by_one_kernel()) {
     EXPECT_EQ(machine().launches - before, 5u);
   }
-  EXPECT_EQ(machine().rays_launched - rays, on_card.query.count);
+  EXPECT_EQ(machine().rays_launched - rays, on_gpu.query.count);
   machine().discard = false;
 }
 
 /// A query in device memory does not wait; several streams proceed independently.
-TEST_P(GpuAnswers, NothingIsWaitedForBehindTheCallersBack) {
+TEST_P(GpuAnswers, NeverWaitsImplicitly) {
   Random random(10);
   TwinScenes twins(config());
   const uint32_t asset = twins.load(random_asset(10, {.objects = 2, .bvhs = 1}));
@@ -264,12 +264,12 @@ TEST_P(GpuAnswers, NothingIsWaitedForBehindTheCallersBack) {
   twins.commit();
   const std::vector<NifRay> rays[] = {rays_in_cube(random, 6, 400), rays_in_cube(random, 6, 300),
                                       rays_in_cube(random, 6, 200)};
-  CardQuery first(machine(), card(), rays[0]), second(machine(), card(), rays[1]),
-      third(machine(), card(), rays[2]);
-  first.query.stream = machine().make_stream(card());
-  second.query.stream = third.query.stream = machine().make_stream(card());
+  GpuQuery first(machine(), gpu(), rays[0]), second(machine(), gpu(), rays[1]),
+      third(machine(), gpu(), rays[2]);
+  first.query.stream = machine().make_stream(gpu());
+  second.query.stream = third.query.stream = machine().make_stream(gpu());
   const uint32_t waits = machine().waits, uploads = machine().uploads;
-  for (CardQuery* one : {&first, &second, &third})
+  for (GpuQuery* one : {&first, &second, &third})
     ASSERT_EQ(nifQuery(twins.gpu(), &one->query, &one->outputs), NIF_OK) << nifGetErrorMessage();
   EXPECT_EQ(machine().waits, waits);
   EXPECT_EQ(machine().uploads, uploads);
@@ -311,7 +311,7 @@ TEST_P(GpuAnswers, AssetsAreUploadedOnce) {
     for (const format::ObjectView& object : view.objects)
       if (object.is<kernels::SegmentField>()) {
         const kernels::SegmentField& field = object.as<kernels::SegmentField>();
-        words += uint64_t{field.voxels[0]} * field.voxels[1] * field.voxels[2] + field.part_count;
+        words += uint64_t{field.voxels[0]} * field.voxels[1] * field.voxels[2] + field.child_count;
       }
     const uint64_t bytes = asset.info().gpu_bytes;
     EXPECT_GT(bytes, sizeof(uint32_t) * words + 1000u);
@@ -356,11 +356,10 @@ TEST_P(GpuAnswers, Jobs) {
   const Answers expected = query_all(twins.cpu(), rays);
 
   // In device memory: done when the stream is; polled, waited for, or released.
-  void* stream = machine().make_stream(card());
-  CardQuery polled(machine(), card(), rays), awaited(machine(), card(), rays),
-      dropped(machine(), card(), rays);
+  void* stream = machine().make_stream(gpu());
+  GpuQuery polled(machine(), gpu(), rays), awaited(machine(), gpu(), rays), dropped(machine(), gpu(), rays);
   NifJob jobs[3] = {};
-  CardQuery* queries[] = {&polled, &awaited, &dropped};
+  GpuQuery* queries[] = {&polled, &awaited, &dropped};
   for (int i = 0; i < 3; ++i) {
     queries[i]->query.stream = stream;
     ASSERT_EQ(nifQueryAsync(twins.gpu(), &queries[i]->query, &queries[i]->outputs, &jobs[i]), NIF_OK)

@@ -3,7 +3,7 @@
 #include <thread>
 
 #include "tests/gpu/module_fixture.hpp"
-#include "tests/runtime/first_hits.hpp"
+#include "tests/runtime/runtime_first_hits.hpp"
 #include "tests/support/beyond_grid.hpp"
 
 namespace nif::test {
@@ -22,7 +22,7 @@ class GpuFaults : public GpuModuleTest {
     EXPECT_EQ(code_of(config), NIF_ERROR_NOT_AVAILABLE) << config;
     EXPECT_NE(std::string(nifGetErrorMessage()).find(why), std::string::npos) << nifGetErrorMessage();
   }
-  /// 1: cuda; 2: hip, the backend of the emulated cards.
+  /// 1: cuda; 2: hip, the backend of the emulated GPUs.
   static NifBackendInfo gpu_backend(uint32_t index = 2) {
     auto info = nifkit::sized<NifBackendInfo>();
     EXPECT_EQ(nifGetBackendInfo(index, &info), NIF_OK);
@@ -57,86 +57,86 @@ TEST_F(GpuFaults, OfTheMachine) {
   machine().driver_too_old = true;
   expect_unavailable(config(), "too old");
   machine().driver_too_old = false;
-  machine().cards = 0;
-  expect_unavailable(config(), "finds no card");
-  machine().cards = 2;
-  expect_unavailable(config(2), "there is no card 2; the drivers find 2");
+  machine().gpus = 0;
+  expect_unavailable(config(), "finds no GPU");
+  machine().gpus = 2;
+  expect_unavailable(config(2), "there is no GPU 2; the drivers find 2");
   machine().no_image = true;
   expect_unavailable(config(), "has no kernels for wmma");
   machine().no_image = false;
   EXPECT_EQ(code_of(config(1)), NIF_OK) << nifGetErrorMessage();
 }
 
-/// The numbers by which an engine finds the card that it renders on.
-TEST_F(GpuFaults, CardsAreToldApart) {
+/// The numbers by which an engine finds the GPU that it renders on.
+TEST_F(GpuFaults, GpusAreToldApart) {
   ASSERT_EQ(setenv("NIF_GPU_MODULE", NIF_EMULATED_MODULE, 1), 0);
-  for (uint32_t number = 0; number < machine().cards; ++number) {
-    const NifCardInfo card = nifkit::card(number);
-    EXPECT_EQ(card.pci_domain, 1u);
-    EXPECT_EQ(card.pci_bus, number + 2);
-    EXPECT_EQ(card.pci_device, 3u);
+  for (uint32_t number = 0; number < machine().gpus; ++number) {
+    const NifGpuInfo gpu = nifkit::gpu(number);
+    EXPECT_EQ(gpu.pci_domain, 1u);
+    EXPECT_EQ(gpu.pci_bus, number + 2);
+    EXPECT_EQ(gpu.pci_device, 3u);
     uint8_t uuid[16] = {0xab, uint8_t(number)}, luid[8] = {0xcd, uint8_t(number)};
-    EXPECT_EQ(std::memcmp(card.uuid, uuid, sizeof(uuid)), 0);
-    EXPECT_EQ(std::memcmp(card.luid, luid, sizeof(luid)), 0);
-    EXPECT_EQ(card.has_luid, 1u);
-    EXPECT_EQ(card.reserved, 0u);
-    EXPECT_EQ(card.struct_size, sizeof(card));
+    EXPECT_EQ(std::memcmp(gpu.uuid, uuid, sizeof(uuid)), 0);
+    EXPECT_EQ(std::memcmp(gpu.luid, luid, sizeof(luid)), 0);
+    EXPECT_EQ(gpu.has_luid, 1u);
+    EXPECT_EQ(gpu.reserved, 0u);
+    EXPECT_EQ(gpu.struct_size, sizeof(gpu));
   }
   machine().no_place = true;
-  const NifCardInfo card = nifkit::card(1);
+  const NifGpuInfo gpu = nifkit::gpu(1);
   const uint8_t zeros[16] = {};
-  EXPECT_EQ(std::memcmp(card.uuid, zeros, sizeof(zeros)), 0);
-  EXPECT_EQ(card.has_luid, 0u);
-  EXPECT_STREQ(card.name, "emulated card 1");
+  EXPECT_EQ(std::memcmp(gpu.uuid, zeros, sizeof(zeros)), 0);
+  EXPECT_EQ(gpu.has_luid, 0u);
+  EXPECT_STREQ(gpu.name, "emulated GPU 1");
   unsetenv("NIF_GPU_MODULE");
 }
 
-/// All of its cards belong to HIP.
-TEST_F(GpuFaults, OfABackendWithoutCards) {
+/// All of its GPUs belong to HIP.
+TEST_F(GpuFaults, OfABackendWithoutGpus) {
   const std::string module = ",module=" NIF_EMULATED_MODULE;
-  expect_unavailable("backend=cuda,device=0" + module, "card 0 (emulated card 0) is one of hip, not of cuda");
-  expect_unavailable("backend=cuda" + module, "there is no card of cuda");
+  expect_unavailable("backend=cuda,device=0" + module, "GPU 0 (emulated GPU 0) is one of hip, not of cuda");
+  expect_unavailable("backend=cuda" + module, "there is no GPU of cuda");
   EXPECT_EQ(code_of("backend=hip" + module), NIF_OK) << nifGetErrorMessage();
   EXPECT_EQ(code_of("backend=hip,device=1" + module), NIF_OK) << nifGetErrorMessage();
-  machine().cards = 0;
-  expect_unavailable("backend=cuda" + module, "finds no card");
-  machine().cards = 2;
+  machine().gpus = 0;
+  expect_unavailable("backend=cuda" + module, "finds no GPU");
+  machine().gpus = 2;
   ASSERT_EQ(setenv("NIF_GPU_MODULE", NIF_EMULATED_MODULE, 1), 0);
   EXPECT_EQ(gpu_backend(1).available, 0u);
-  EXPECT_STREQ(gpu_backend(1).reason, "there is no card of cuda");
+  EXPECT_STREQ(gpu_backend(1).reason, "there is no GPU of cuda");
   EXPECT_EQ(gpu_backend(2).available, 1u);
   unsetenv("NIF_GPU_MODULE");
 }
 
-/// The calls that describe backends and cards give the same reasons, and look again each time.
+/// The calls that describe backends and GPUs give the same reasons, and look again each time.
 TEST_F(GpuFaults, AreToldBeforehand) {
   ASSERT_EQ(setenv("NIF_GPU_MODULE", NIF_EMULATED_MODULE, 1), 0);
   EXPECT_EQ(gpu_backend().available, 1u);
   EXPECT_STREQ(gpu_backend().reason, "");
-  auto card = nifkit::sized<NifCardInfo>();
-  ASSERT_EQ(nifGetCardInfo(1, &card), NIF_OK) << nifGetErrorMessage();
-  EXPECT_STREQ(card.name, "emulated card 1");
-  EXPECT_STREQ(card.target, "imma");
-  EXPECT_STREQ(card.driver, "emulated 1.0");
-  EXPECT_EQ(card.memory_bytes, uint64_t{1} << 30);
-  EXPECT_EQ(card.available, 1u);
-  EXPECT_STREQ(card.reason, "");
-  EXPECT_STREQ(card.backend, "hip");
-  EXPECT_EQ(nifGetCardInfo(6, &card), NIF_ERROR_INVALID_ARGUMENT);
+  auto gpu = nifkit::sized<NifGpuInfo>();
+  ASSERT_EQ(nifGetGpuInfo(1, &gpu), NIF_OK) << nifGetErrorMessage();
+  EXPECT_STREQ(gpu.name, "emulated GPU 1");
+  EXPECT_STREQ(gpu.target, "imma");
+  EXPECT_STREQ(gpu.driver, "emulated 1.0");
+  EXPECT_EQ(gpu.memory_bytes, uint64_t{1} << 30);
+  EXPECT_EQ(gpu.available, 1u);
+  EXPECT_STREQ(gpu.reason, "");
+  EXPECT_STREQ(gpu.backend, "hip");
+  EXPECT_EQ(nifGetGpuInfo(6, &gpu), NIF_ERROR_INVALID_ARGUMENT);
 
   machine().no_image = true;
   EXPECT_EQ(gpu_backend().available, 0u);
   EXPECT_NE(std::string(gpu_backend().reason).find("no kernels"), std::string::npos);
-  ASSERT_EQ(nifGetCardInfo(0, &card), NIF_OK);
-  EXPECT_EQ(card.available, 0u);
-  EXPECT_NE(std::string(card.reason).find("no kernels"), std::string::npos);
+  ASSERT_EQ(nifGetGpuInfo(0, &gpu), NIF_OK);
+  EXPECT_EQ(gpu.available, 0u);
+  EXPECT_NE(std::string(gpu.reason).find("no kernels"), std::string::npos);
   machine().no_image = false;
   machine().no_driver = true;
   EXPECT_NE(std::string(gpu_backend().reason).find("no driver"), std::string::npos);
-  EXPECT_EQ(nifGetCardInfo(0, &card), NIF_ERROR_NOT_AVAILABLE);
+  EXPECT_EQ(nifGetGpuInfo(0, &gpu), NIF_ERROR_NOT_AVAILABLE);
   ASSERT_EQ(setenv("NIF_GPU_MODULE", "/no/such/module.so", 1), 0);
   EXPECT_NE(std::string(gpu_backend().reason).find("/no/such/module.so cannot be loaded"), std::string::npos);
-  EXPECT_EQ(nifGetCardInfo(0, &card), NIF_ERROR_NOT_AVAILABLE);
+  EXPECT_EQ(nifGetGpuInfo(0, &gpu), NIF_ERROR_NOT_AVAILABLE);
   unsetenv("NIF_GPU_MODULE");
 }
 
@@ -144,7 +144,7 @@ TEST_F(GpuFaults, TellsWhatTheDeviceIs) {
   const nifkit::Device device(config(1));
   const NifDeviceInfo info = device.info();
   EXPECT_STREQ(info.backend, "hip");
-  EXPECT_STREQ(info.card, "emulated card 1");
+  EXPECT_STREQ(info.gpu, "emulated GPU 1");
   EXPECT_STREQ(nifkit::Device("backend=gpu,module=" NIF_EMULATED_MODULE).info().backend, "hip");
 }
 
@@ -224,9 +224,9 @@ TEST_F(GpuFaults, QueriesThatFailHalfWayAreWaitedFor) {
   TwinScenes twins(config() + ",pipeline=off");
   fill(twins);
   twins.commit();
-  const CardArray on_card(machine(), 0, rays.data(), rays.size() * sizeof(NifRay));
-  const CardAnswers answers(machine(), 0, rays.size());
-  NifRays query = nifMakeRays(on_card.as<NifRay>(), rays.size());
+  const GpuArray on_gpu(machine(), 0, rays.data(), rays.size() * sizeof(NifRay));
+  const GpuAnswerArrays answers(machine(), 0, rays.size());
+  NifRays query = nifMakeRays(on_gpu.as<NifRay>(), rays.size());
   query.memory = NIF_MEMORY_DEVICE;
   const NifAnswers outputs = answers.outputs();
   machine().fail_record = 1;
@@ -237,7 +237,7 @@ TEST_F(GpuFaults, QueriesThatFailHalfWayAreWaitedFor) {
 
 /// The query that notices the loss fails; then the CPU answers. Nothing is freed on a lost GPU, and nothing
 /// hangs.
-TEST_F(GpuFaults, ALostCard) {
+TEST_F(GpuFaults, ALostGpu) {
   const std::vector<NifRay> rays = some_rays();
   const auto lose = [&](bool by_job) {
     TwinScenes twins(config());
@@ -246,15 +246,15 @@ TEST_F(GpuFaults, ALostCard) {
     Answers answers(rays.size());
     NifRays query = nifMakeRays(rays.data(), rays.size());
     const NifAnswers outputs = answers.outputs();
-    const CardArray on_card(machine(), 0, rays.data(), rays.size() * sizeof(NifRay));
-    const CardArray visible(machine(), 0, nullptr, rays.size());
-    NifRays card_query = nifMakeRays(on_card.as<NifRay>(), rays.size());
-    card_query.memory = NIF_MEMORY_DEVICE;
-    auto card_outputs = nifkit::sized<NifAnswers>();
-    card_outputs.visible = visible.as<uint8_t>();
+    const GpuArray on_gpu(machine(), 0, rays.data(), rays.size() * sizeof(NifRay));
+    const GpuArray visible(machine(), 0, nullptr, rays.size());
+    NifRays gpu_query = nifMakeRays(on_gpu.as<NifRay>(), rays.size());
+    gpu_query.memory = NIF_MEMORY_DEVICE;
+    auto gpu_outputs = nifkit::sized<NifAnswers>();
+    gpu_outputs.visible = visible.as<uint8_t>();
     if (by_job) {
       NifJob job = nullptr;
-      ASSERT_EQ(nifQueryAsync(twins.gpu(), &card_query, &card_outputs, &job), NIF_OK) << nifGetErrorMessage();
+      ASSERT_EQ(nifQueryAsync(twins.gpu(), &gpu_query, &gpu_outputs, &job), NIF_OK) << nifGetErrorMessage();
       machine().lost = true;
       EXPECT_EQ(nifWaitJob(job), NIF_ERROR_DEVICE_LOST);
       nifReleaseJob(job);
@@ -263,7 +263,7 @@ TEST_F(GpuFaults, ALostCard) {
       EXPECT_EQ(nifQuery(twins.gpu(), &query, &outputs), NIF_ERROR_DEVICE_LOST);
       EXPECT_NE(std::string(nifGetErrorMessage()).find("lost"), std::string::npos);
     }
-    EXPECT_EQ(nifQuery(twins.gpu(), &card_query, &card_outputs), NIF_ERROR_DEVICE_LOST);
+    EXPECT_EQ(nifQuery(twins.gpu(), &gpu_query, &gpu_outputs), NIF_ERROR_DEVICE_LOST);
     EXPECT_EQ(query_all(twins.gpu(), rays), query_all(twins.cpu(), rays));
     // A changed scene can still be committed for the CPU.
     twins.move(0, kIdentity);
@@ -283,9 +283,9 @@ TEST_F(GpuFaults, WrongPointers) {
   fill(twins);
   twins.commit();
   const size_t count = rays.size();
-  const CardArray here(machine(), 0, rays.data(), count * sizeof(NifRay));
-  const CardArray there(machine(), 1, rays.data(), count * sizeof(NifRay));
-  const CardArray memory(machine(), 0, nullptr, 16 * count);
+  const GpuArray here(machine(), 0, rays.data(), count * sizeof(NifRay));
+  const GpuArray there(machine(), 1, rays.data(), count * sizeof(NifRay));
+  const GpuArray memory(machine(), 0, nullptr, 16 * count);
   Answers answers(count);
   const auto expect_wrong = [&](const NifRays& query, const NifAnswers& outputs, const char* name) {
     EXPECT_EQ(nifQuery(twins.gpu(), &query, &outputs), NIF_ERROR_WRONG_POINTER);
@@ -309,7 +309,7 @@ TEST_F(GpuFaults, WrongPointers) {
     expect_wrong(wrong, outputs, "rays: origin is memory of the host");
     wrong = query;
     wrong.direction[a] = &there.as<NifRay>()->direction[a];
-    expect_wrong(wrong, outputs, "rays: direction is memory of another card");
+    expect_wrong(wrong, outputs, "rays: direction is memory of another GPU");
   }
   NifRays wrong = query;
   wrong.tmin = &rays[0].tmin;
@@ -333,9 +333,9 @@ TEST_F(GpuFaults, WrongPointers) {
   expect_wrong_output(&NifAnswers::certain, "certain");
   expect_wrong_output(&NifAnswers::logit, "logit");
   wrong = nifMakeRays(rays.data(), count);
-  expect_wrong(wrong, outputs, "answers: visible is memory of a card");
+  expect_wrong(wrong, outputs, "answers: visible is memory of a GPU");
 
-  // The other card's stream.
+  // The other GPU's stream.
   query.stream = machine().make_stream(1);
   EXPECT_EQ(nifQuery(twins.gpu(), &query, &outputs), NIF_ERROR_INVALID_ARGUMENT);
   machine().free_stream(query.stream);
@@ -377,8 +377,8 @@ TEST_F(GpuFaults, WrongPointersForTheCpu) {
   TwinScenes twins(config());
   fill(twins);
   twins.commit();
-  const CardArray here(machine(), 0, rays.data(), count * sizeof(NifRay));
-  const CardArray there(machine(), 1, nullptr, 64 * count);
+  const GpuArray here(machine(), 0, rays.data(), count * sizeof(NifRay));
+  const GpuArray there(machine(), 1, nullptr, 64 * count);
   FirstHits found(count);
   Answers answers(count);
   std::vector<uint32_t> listed(count);
@@ -411,8 +411,8 @@ TEST_F(GpuFaults, WrongPointersForTheCpu) {
     member = good;
   };
   expect_all(NIF_OK, "");
-  expect_wrong(query.origin[1], &here.as<NifRay>()->origin[1], "rays: origin is memory of a card");
-  expect_wrong(query.direction[2], &here.as<NifRay>()->direction[2], "rays: direction is memory of a card");
+  expect_wrong(query.origin[1], &here.as<NifRay>()->origin[1], "rays: origin is memory of a GPU");
+  expect_wrong(query.direction[2], &here.as<NifRay>()->direction[2], "rays: direction is memory of a GPU");
   expect_wrong(query.tmin, &here.as<NifRay>()->tmin, "rays: tmin is");
   expect_wrong(query.tmax, there.as<float>(), "rays: tmax is");
   expect_wrong(query.mask, there.as<uint32_t>(), "rays: mask is");
@@ -421,19 +421,19 @@ TEST_F(GpuFaults, WrongPointersForTheCpu) {
     EXPECT_NE(std::string(nifGetErrorMessage()).find(says), std::string::npos) << nifGetErrorMessage();
   };
   hits.color = there.as<float>();
-  refused(nifIntersect(twins.gpu(), &query, &hits), "hits: color is memory of a card");
+  refused(nifIntersect(twins.gpu(), &query, &hits), "hits: color is memory of a GPU");
   open.instance = there.as<uint32_t>();
-  refused(nifQueryOpen(twins.gpu(), &query, nullptr, &open), "open: instance is memory of a card");
+  refused(nifQueryOpen(twins.gpu(), &query, nullptr, &open), "open: instance is memory of a GPU");
   const uint8_t* const visible = std::exchange(outputs.visible, there.as<uint8_t>());
   refused(nifQueryWithFallback(twins.gpu(), &query, &outputs, 1, nothing, nullptr),
-          "answers: visible is memory of a card");
+          "answers: visible is memory of a GPU");
   outputs.visible = const_cast<uint8_t*>(visible);
   uint64_t scratch_bytes = 0;
   ASSERT_EQ(nifGetQueryScratchBytes(twins.gpu(), count, &scratch_bytes), NIF_OK);
-  const CardArray scratch(machine(), 0, nullptr, scratch_bytes);
+  const GpuArray scratch(machine(), 0, nullptr, scratch_bytes);
   query.scratch = scratch.as<void>();
   query.scratch_bytes = scratch_bytes;
-  refused(nifQueryOpen(twins.gpu(), &query, nullptr, &open), "rays: scratch is memory of a card");
+  refused(nifQueryOpen(twins.gpu(), &query, nullptr, &open), "rays: scratch is memory of a GPU");
   EXPECT_EQ(nifQuery(twins.gpu(), &query, &outputs), NIF_OK) << "a GPU does not use scratch";
   query.scratch = nullptr;
 
@@ -443,7 +443,7 @@ TEST_F(GpuFaults, WrongPointersForTheCpu) {
   EXPECT_EQ(nifCommitScene(twins.gpu()), NIF_ERROR_OUT_OF_DEVICE_MEMORY);
   EXPECT_EQ(nifQuery(twins.gpu(), &query, &outputs), NIF_OK);
   query.mask = there.as<uint32_t>();
-  refused(nifQuery(twins.gpu(), &query, &outputs), "rays: mask is memory of a card");
+  refused(nifQuery(twins.gpu(), &query, &outputs), "rays: mask is memory of a GPU");
   query.mask = nullptr;
   open.instance = nullptr;
   hits.color = found.color.data();

@@ -12,13 +12,13 @@
 
 namespace nif::test {
 
-/// The CPU and one of the emulated cards, each with the same asset.
+/// The CPU and one of the emulated GPUs, each with the same asset.
 class GpuModuleTest : public testing::Test {
  protected:
   void SetUp() override {
     EmulatedMachine& machine = this->machine();
     machine.no_driver = machine.driver_too_old = machine.no_image = machine.no_place = machine.lost = false;
-    machine.cards = uint32_t(std::size(kMatrixKinds));
+    machine.gpus = uint32_t(std::size(kMatrixKinds));
     machine.processors = 3;
     machine.seconds_of_one_kernel = 0;
     machine.fail_allocation = machine.fail_launch = machine.fail_asking = machine.fail_record = 0;
@@ -34,22 +34,21 @@ class GpuModuleTest : public testing::Test {
   }
 
   static EmulatedMachine& machine() { return emulated_machine(NIF_EMULATED_MODULE); }
-  static std::string config(uint32_t card = 0) {
-    return std::string("isa=scalar,backend=gpu,module=" NIF_EMULATED_MODULE ",device=") +
-           std::to_string(card);
+  static std::string config(uint32_t gpu = 0) {
+    return std::string("isa=scalar,backend=gpu,module=" NIF_EMULATED_MODULE ",device=") + std::to_string(gpu);
   }
 };
 
 /// GPU memory with a copy of some host memory.
-class CardArray {
+class GpuArray {
  public:
-  CardArray(EmulatedMachine& machine, uint32_t card, const void* from, size_t bytes)
-      : machine_(machine), memory_(static_cast<char*>(machine.allocate(card, bytes + 1))) {
+  GpuArray(EmulatedMachine& machine, uint32_t gpu, const void* from, size_t bytes)
+      : machine_(machine), memory_(static_cast<char*>(machine.allocate(gpu, bytes + 1))) {
     if (from) std::memcpy(memory_, from, bytes);
   }
-  CardArray(CardArray&& other) noexcept
+  GpuArray(GpuArray&& other) noexcept
       : machine_(other.machine_), memory_(std::exchange(other.memory_, nullptr)) {}
-  ~CardArray() {
+  ~GpuArray() {
     if (memory_) machine_.free(memory_);
   }
   template <class T>
@@ -63,15 +62,15 @@ class CardArray {
 };
 
 /// Outputs in GPU memory, at odd addresses.
-class CardAnswers {
+class GpuAnswerArrays {
  public:
-  CardAnswers(EmulatedMachine& machine, uint32_t card, size_t count)
+  GpuAnswerArrays(EmulatedMachine& machine, uint32_t gpu, size_t count)
       : count_(count),
-        visible_(machine, card, nullptr, count),
-        bits_(machine, card, nullptr, count / 8 + 1),
-        certain_(machine, card, nullptr, count),
-        probability_(machine, card, nullptr, 4 * count),
-        logit_(machine, card, nullptr, 4 * count) {}
+        visible_(machine, gpu, nullptr, count),
+        bits_(machine, gpu, nullptr, count / 8 + 1),
+        certain_(machine, gpu, nullptr, count),
+        probability_(machine, gpu, nullptr, 4 * count),
+        logit_(machine, gpu, nullptr, 4 * count) {}
   NifAnswers outputs() const {
     auto outputs = nifkit::sized<NifAnswers>();
     outputs.visible = visible_.as<uint8_t>() + 1;
@@ -99,25 +98,25 @@ class CardAnswers {
 
  private:
   size_t count_;
-  CardArray visible_, bits_, certain_, probability_, logit_;
+  GpuArray visible_, bits_, certain_, probability_, logit_;
 };
 
 /// A query for rays in GPU memory.
-class CardQuery {
+class GpuQuery {
  public:
-  CardQuery(EmulatedMachine& machine, uint32_t card, const std::vector<NifRay>& rays)
-      : rays_(machine, card, rays.data(), rays.size() * sizeof(NifRay)),
-        answers(machine, card, rays.size()),
+  GpuQuery(EmulatedMachine& machine, uint32_t gpu, const std::vector<NifRay>& rays)
+      : rays_(machine, gpu, rays.data(), rays.size() * sizeof(NifRay)),
+        answers(machine, gpu, rays.size()),
         query(nifMakeRays(rays_.as<NifRay>(), rays.size())),
         outputs(answers.outputs()) {
     query.memory = NIF_MEMORY_DEVICE;
   }
 
  private:
-  CardArray rays_;
+  GpuArray rays_;
 
  public:
-  CardAnswers answers;
+  GpuAnswerArrays answers;
   NifRays query;
   NifAnswers outputs;
 };

@@ -1,6 +1,6 @@
 // nifIntersect in GPU memory gives the same bits in every output as on the CPU.
 #include "formats/nif/reader.hpp"
-#include "tests/gpu/card_hit_query.hpp"
+#include "tests/gpu/gpu_hit_query.hpp"
 #include "tests/runtime/open_answers.hpp"
 #include "tests/support/row_of_voxels.hpp"
 
@@ -20,12 +20,12 @@ constexpr RandomAssetOptions kPairAssets{.objects = 2, .instances = 0, .features
 
 class GpuFirstHits : public GpuModuleTest, public testing::WithParamInterface<uint32_t> {
  protected:
-  uint32_t card() const { return GetParam(); }
+  uint32_t gpu() const { return GetParam(); }
 
   /// Returns how many rays hit something.
   size_t expect_twins(const TwinScenes& twins, const std::vector<NifRay>& rays) {
     const FirstHits expected = intersect_all(twins.cpu(), rays);
-    const FirstHits got = intersect_on_card(machine(), card(), twins.gpu(), rays);
+    const FirstHits got = intersect_on_gpu(machine(), gpu(), twins.gpu(), rays);
     EXPECT_EQ(count_different_hits(got, expected), 0u);
     return size_t(std::count(expected.hit.begin(), expected.hit.end(), 1));
   }
@@ -44,7 +44,7 @@ TEST_P(GpuFirstHits, OfOneInstanceAreThoseOfTheCpu) {
       for (uint32_t object = 0; object < view.objects.size(); ++object)
         for (const bool moved : {false, true}) {
           machine().order = object;
-          TwinScenes twins(config(card()));
+          TwinScenes twins(config(gpu()));
           Matrix transform = kIdentity;
           if (moved) transform = {0.9f, 0.1f, 0, 0.1f, 0, -1.1f, 0.2f, 0, 0.1f, 0, 1, -0.1f};
           twins.add(twins.load(file), object, transform);
@@ -64,18 +64,18 @@ TEST_P(GpuFirstHits, OfManyOpenCells) {
     const kernels::SegmentField& field = view.objects[0].as<kernels::SegmentField>();
     Random random(seed);
     const std::vector<NifRay> rays = rays_in_a_row(random, field, 500);
-    TwinScenes twins(config(card()));
+    TwinScenes twins(config(gpu()));
     twins.add(twins.load(file), 0, kIdentity);
     twins.commit();
     expect_twins(twins, rays);
 
     const FirstHits hits = intersect_all(twins.cpu(), rays);
     for (size_t i = 0; i < rays.size(); ++i) {
-      kernels::WalkResult walk;
+      kernels::TraversalResult traversal;
       kernels::OpenCells open;
-      kernels::follow_segment<true>(field, to_segment(rays[i]), walk, kernels::KeepCells{open},
+      kernels::follow_segment<true>(field, to_segment(rays[i]), traversal, kernels::KeepCells{open},
                                     kernels::NoVisit());
-      if (walk.run_count <= kernels::OpenCells::kRoom || !hits.hit[i]) continue;
+      if (traversal.interval_count <= kernels::OpenCells::kRoom || !hits.hit[i]) continue;
       const bool in_first =
           hits.t[i]<open.cells[1].enter, in_last = hits.t[i]> open.cells[kernels::OpenCells::kRoom - 2].leave;
       ++(in_first ? first : in_last ? last : between);
@@ -93,7 +93,7 @@ TEST_P(GpuFirstHits, OfMixedScenesAreThoseOfTheCpu) {
     for (const size_t count : {size_t{2}, size_t{9}, size_t{40}}) {
       machine().order = seed;
       Random random(seed);
-      TwinScenes twins(config(card()));
+      TwinScenes twins(config(gpu()));
       const std::vector<std::byte> file = format::encode(random_asset(seed, kHitAssets));
       const format::AssetView view = format::read_asset(file, "test");
       const uint32_t all = twins.load(file), pairs = twins.load(random_asset(seed, kPairAssets));
@@ -115,7 +115,7 @@ TEST_P(GpuFirstHits, OfMixedScenesAreThoseOfTheCpu) {
 TEST_P(GpuFirstHits, OfSkewedInstances) {
   const std::vector<std::byte> file = format::encode(random_asset(4, kHitAssets));
   const format::AssetView view = format::read_asset(file, "test");
-  TwinScenes alone(config(card())), several(config(card()));
+  TwinScenes alone(config(gpu())), several(config(gpu()));
   const uint32_t one = alone.load(file), asset = several.load(file);
   const Matrix skewed{1, 0, 0, 0, 0, 1, 0, 0, 0, 0.9f, 1e-4f, 0};
   alone.add(one, 2, skewed);
@@ -131,7 +131,7 @@ TEST_P(GpuFirstHits, OfSkewedInstances) {
 }
 
 TEST_P(GpuFirstHits, OfAnEmptySceneAndOfNoRays) {
-  TwinScenes empty(config(card()));
+  TwinScenes empty(config(gpu()));
   empty.commit();
   Random random(1);
   EXPECT_EQ(expect_twins(empty, rays_in_cube(random, 5, 300)), 0u);
@@ -141,7 +141,7 @@ TEST_P(GpuFirstHits, OfAnEmptySceneAndOfNoRays) {
 }
 
 TEST_P(GpuFirstHits, OfBatchesOfAnySize) {
-  TwinScenes twins(config(card()));
+  TwinScenes twins(config(gpu()));
   const std::vector<std::byte> file = format::encode(random_asset(6, kHitAssets));
   const format::AssetView view = format::read_asset(file, "test");
   const uint32_t asset = twins.load(file);
@@ -154,7 +154,7 @@ TEST_P(GpuFirstHits, OfBatchesOfAnySize) {
 /// Splitting into launches does not change answers.
 TEST_P(GpuFirstHits, GoOnFromLaunchToLaunch) {
   machine().most_rays = 1000;
-  TwinScenes twins(config(card()));
+  TwinScenes twins(config(gpu()));
   const std::vector<std::byte> file = format::encode(random_asset(5, kHitAssets));
   const format::AssetView view = format::read_asset(file, "test");
   const uint32_t asset = twins.load(file);
@@ -167,11 +167,11 @@ TEST_P(GpuFirstHits, GoOnFromLaunchToLaunch) {
 
 /// 2^32 + 1 rays: enough launches are put into the stream. They are not run here.
 TEST_P(GpuFirstHits, OfMoreRaysThan32BitsCount) {
-  TwinScenes twins(config(card()));
+  TwinScenes twins(config(gpu()));
   twins.add(twins.load(random_asset(9, {.objects = 1})), 0, kIdentity);
   twins.commit();
   machine().most_rays = 1u << 30;
-  CardHitQuery asked(machine(), card(), std::vector<NifRay>(1));
+  GpuHitQuery asked(machine(), gpu(), std::vector<NifRay>(1));
   asked.query.count = (uint64_t{1} << 32) + 1;
   asked.query.origin_stride = asked.query.direction_stride = 0;
   asked.query.tmin_stride = asked.query.tmax_stride = 0;
@@ -187,7 +187,7 @@ TEST_P(GpuFirstHits, OfMoreRaysThan32BitsCount) {
 /// Any layout of the rays, and any outputs: outputs that are not requested are not written, and the others do
 /// not change.
 TEST_P(GpuFirstHits, LayoutsAndOutputs) {
-  TwinScenes twins(config(card()));
+  TwinScenes twins(config(gpu()));
   const std::vector<std::byte> file = format::encode(random_asset(7, kHitAssets));
   const format::AssetView view = format::read_asset(file, "test");
   const uint32_t asset = twins.load(file);
@@ -209,14 +209,14 @@ TEST_P(GpuFirstHits, LayoutsAndOutputs) {
   columns.push_back(0.125f);
   std::vector<char> odd(4 * columns.size() + 1);
   std::memcpy(odd.data() + 1, columns.data(), 4 * columns.size());
-  const CardArray memory(machine(), card(), odd.data(), odd.size());
+  const GpuArray memory(machine(), gpu(), odd.data(), odd.size());
   const auto column = [&](size_t i) {
     return reinterpret_cast<const float*>(memory.as<char>() + 1 + 4 * kCount * i);
   };
 
   Random random(7);
   for (uint32_t trial = 0; trial < 40; ++trial) {
-    CardHitQuery asked(machine(), card(), rays);
+    GpuHitQuery asked(machine(), gpu(), rays);
     if (trial % 2 == 1) {
       for (size_t a = 0; a < 3; ++a) {
         asked.query.origin[a] = column(a);
@@ -239,7 +239,7 @@ TEST_P(GpuFirstHits, LayoutsAndOutputs) {
     keep(hits.u), keep(hits.v), keep(hits.instance), keep(hits.object), keep(hits.triangle);
     ASSERT_EQ(nifIntersect(twins.gpu(), &asked.query, &hits), NIF_OK) << nifGetErrorMessage();
     NifJob job = nullptr;  // of the same stream, and behind it
-    const CardHitQuery behind(machine(), card(), rays);
+    const GpuHitQuery behind(machine(), gpu(), rays);
     ASSERT_EQ(nifIntersectAsync(twins.gpu(), &behind.query, &behind.hits, &job), NIF_OK);
     ASSERT_EQ(nifWaitJob(job), NIF_OK);
     nifReleaseJob(job);
@@ -272,15 +272,15 @@ TEST_P(GpuFirstHits, LayoutsAndOutputs) {
 
 /// A job is done when the stream has executed it, and nothing waits before that.
 TEST_P(GpuFirstHits, Jobs) {
-  TwinScenes twins(config(card()));
+  TwinScenes twins(config(gpu()));
   const std::vector<std::byte> file = format::encode(random_asset(8, kHitAssets));
   const format::AssetView view = format::read_asset(file, "test");
   twins.add(twins.load(file), 2, kIdentity);
   twins.commit();
   const std::vector<NifRay> rays = rays_near(view, 8, 2000);
   const FirstHits expected = intersect_all(twins.cpu(), rays);
-  CardHitQuery asked(machine(), card(), rays);
-  void* stream = asked.query.stream = machine().make_stream(card());
+  GpuHitQuery asked(machine(), gpu(), rays);
+  void* stream = asked.query.stream = machine().make_stream(gpu());
   const uint32_t waits = machine().waits;
   NifJob job = nullptr;
   ASSERT_EQ(nifIntersectAsync(twins.gpu(), &asked.query, &asked.hits, &job), NIF_OK) << nifGetErrorMessage();
@@ -296,7 +296,7 @@ TEST_P(GpuFirstHits, Jobs) {
   EXPECT_EQ(count_different_hits(asked.get(), expected), 0u);
 
   // A commit waits for the scene's earlier queries.
-  CardHitQuery later(machine(), card(), rays);
+  GpuHitQuery later(machine(), gpu(), rays);
   later.query.stream = stream;
   ASSERT_EQ(nifIntersect(twins.gpu(), &later.query, &later.hits), NIF_OK);
   twins.move(0, {1, 0, 0, 100, 0, 1, 0, 0, 0, 0, 1, 0});
@@ -331,7 +331,7 @@ TEST_F(GpuModuleTest, FirstHitsOfWrongArgumentsAreRefused) {
   twins.add(twins.load(file), 0, kIdentity);
   twins.commit();
   const std::vector<NifRay> rays = rays_near(format::read_asset(file, "test"), 3, 100);
-  const CardHitQuery good(machine(), 0, rays);
+  const GpuHitQuery good(machine(), 0, rays);
   const auto refused = [&](NifError error, const NifRays& query, const NifHits& hits,
                            const char* because = "") {
     EXPECT_EQ(nifIntersect(twins.gpu(), &query, &hits), error) << nifGetErrorMessage();
@@ -361,10 +361,10 @@ TEST_F(GpuModuleTest, FirstHitsOfWrongArgumentsAreRefused) {
   refuse_of_host(&NifHits::t_low, "hits: t_low is");
   refuse_of_host(&NifHits::t_high, "hits: t_high is");
   refuse_of_host(&NifHits::color, "hits: color is");
-  const CardArray elsewhere(machine(), 1, nullptr, 1200);
+  const GpuArray elsewhere(machine(), 1, nullptr, 1200);
   NifHits hits = good.hits;
   hits.normal = elsewhere.as<float>();
-  refused(NIF_ERROR_WRONG_POINTER, good.query, hits, "hits: normal is memory of another card");
+  refused(NIF_ERROR_WRONG_POINTER, good.query, hits, "hits: normal is memory of another GPU");
   hits = nifkit::sized<NifHits>();
   refused(NIF_ERROR_INVALID_ARGUMENT, good.query, hits, "all outputs are null");
 

@@ -1,8 +1,8 @@
 // Instances of scenes on a GPU: masks, removed and disabled ones, user values, origins. All calls in GPU
 // memory must give the CPU's answers.
 #include "formats/nif/reader.hpp"
-#include "tests/gpu/card_hit_query.hpp"
-#include "tests/gpu/card_open_query.hpp"
+#include "tests/gpu/gpu_hit_query.hpp"
+#include "tests/gpu/gpu_open_query.hpp"
 
 namespace nif::test {
 namespace {
@@ -81,7 +81,7 @@ void expect_equal(const Everything& got, const Everything& expected) {
 }
 
 struct InstanceWay {
-  uint32_t card;
+  uint32_t gpu;
   const char* pipeline;
 };
 /// Waves of 32 lanes and of 64; queries with masks always use the one kernel.
@@ -89,22 +89,22 @@ constexpr InstanceWay kInstanceWays[] = {{0, "on"}, {2, "on"}, {0, "off"}, {2, "
 
 class GpuInstances : public GpuModuleTest, public testing::WithParamInterface<InstanceWay> {
  protected:
-  uint32_t card() const { return GetParam().card; }
-  std::string config() const { return GpuModuleTest::config(card()) + ",pipeline=" + GetParam().pipeline; }
+  uint32_t gpu() const { return GetParam().gpu; }
+  std::string config() const { return GpuModuleTest::config(gpu()) + ",pipeline=" + GetParam().pipeline; }
 
-  Everything ask_card(NifScene scene, const std::vector<NifRay>& rays, const Masks& masks) {
+  Everything ask_gpu(NifScene scene, const std::vector<NifRay>& rays, const Masks& masks) {
     Everything said(rays.size());
     // At an odd address.
-    const CardArray on_card(machine(), card(), nullptr, 4 * masks.values.size());
-    std::memcpy(on_card.as<char>() + 1, masks.values.data(), 4 * masks.values.size());
-    void* stream = machine().make_stream(card());
+    const GpuArray on_gpu(machine(), gpu(), nullptr, 4 * masks.values.size());
+    std::memcpy(on_gpu.as<char>() + 1, masks.values.data(), 4 * masks.values.size());
+    void* stream = machine().make_stream(gpu());
     const auto prepare = [&](NifRays& query) {
-      masks.put(query, on_card.as<char>() + 1);
+      masks.put(query, on_gpu.as<char>() + 1);
       query.stream = stream;
     };
-    CardQuery all(machine(), card(), rays), plain(machine(), card(), rays);
-    CardOpenQuery open(machine(), card(), rays, rays.size());
-    CardHitQuery hits(machine(), card(), rays);
+    GpuQuery all(machine(), gpu(), rays), plain(machine(), gpu(), rays);
+    GpuOpenQuery open(machine(), gpu(), rays, rays.size());
+    GpuHitQuery hits(machine(), gpu(), rays);
     prepare(all.query), prepare(plain.query), prepare(open.query), prepare(hits.query);
     plain.outputs = nifkit::sized<NifAnswers>();
     plain.outputs.visible = plain.answers.outputs().visible;
@@ -124,7 +124,7 @@ class GpuInstances : public GpuModuleTest, public testing::WithParamInterface<In
   /// Returns the CPU's answers, after checking that the GPU gives the same.
   Everything expect_twins(const TwinScenes& twins, const std::vector<NifRay>& rays, const Masks& masks = {}) {
     const Everything expected = ask_cpu(twins.cpu(), rays, masks);
-    expect_equal(ask_card(twins.gpu(), rays, masks), expected);
+    expect_equal(ask_gpu(twins.gpu(), rays, masks), expected);
     return expected;
   }
 
@@ -142,7 +142,7 @@ class GpuInstances : public GpuModuleTest, public testing::WithParamInterface<In
   }
 };
 INSTANTIATE_TEST_SUITE_P(EachWay, GpuInstances, testing::ValuesIn(kInstanceWays), [](const auto& p) {
-  return std::string(name_of(kMatrixKinds[p.param.card])) + "_" + p.param.pipeline;
+  return std::string(name_of(kMatrixKinds[p.param.gpu])) + "_" + p.param.pipeline;
 });
 
 size_t hits_of(const Everything& said) {
@@ -357,10 +357,10 @@ TEST_P(GpuInstances, AssetsAreDroppedAfterQueriesOfThem) {
   twins.forget(second);
   const std::vector<NifRay> rays = some_rays(18);
   const Answers expected = query_all(twins.cpu(), rays);
-  CardQuery asked(machine(), card(), rays);
-  void* stream = asked.query.stream = machine().make_stream(card());
+  GpuQuery asked(machine(), gpu(), rays);
+  void* stream = asked.query.stream = machine().make_stream(gpu());
   ASSERT_EQ(nifQuery(twins.gpu(), &asked.query, &asked.outputs), NIF_OK) << nifGetErrorMessage();
-  CardHitQuery hits(machine(), card(), rays);
+  GpuHitQuery hits(machine(), gpu(), rays);
   hits.query.stream = stream;
   ASSERT_EQ(nifIntersect(twins.gpu(), &hits.query, &hits.hits), NIF_OK) << nifGetErrorMessage();
   const FirstHits expected_hits = intersect_all(twins.cpu(), rays);
@@ -524,7 +524,7 @@ TEST_P(GpuInstances, MasksOfHostMemory) {
   std::vector<char> odd(4 * rays.size() + 1);
   std::memcpy(odd.data() + 1, each.values.data(), 4 * rays.size());
   each.put(asked, odd.data() + 1);
-  asked.stream = machine().make_stream(card());
+  asked.stream = machine().make_stream(gpu());
   std::fill(answers.logit.begin(), answers.logit.end(), 7);
   ASSERT_EQ(nifQuery(twins.gpu(), &asked, &outputs), NIF_OK) << nifGetErrorMessage();
   expect_same(answers, expected.answers);
@@ -559,9 +559,9 @@ TEST_P(GpuInstances, CancelledJobsGoOn) {
   fill(twins, 30, 5);
   twins.commit();
   const std::vector<NifRay> rays = some_rays(31);
-  CardQuery asked(machine(), card(), rays);
-  CardHitQuery hits(machine(), card(), rays);
-  asked.query.stream = hits.query.stream = machine().make_stream(card());
+  GpuQuery asked(machine(), gpu(), rays);
+  GpuHitQuery hits(machine(), gpu(), rays);
+  asked.query.stream = hits.query.stream = machine().make_stream(gpu());
   NifJob jobs[2] = {};
   ASSERT_EQ(nifQueryAsync(twins.gpu(), &asked.query, &asked.outputs, &jobs[0]), NIF_OK);
   ASSERT_EQ(nifIntersectAsync(twins.gpu(), &hits.query, &hits.hits, &jobs[1]), NIF_OK);

@@ -1,7 +1,7 @@
 // nifQueryOpen in GPU memory gives the same answers as on the CPU, and lists the same rays, with the same
 // bits of tmin and tmax, in any order.
 #include "formats/nif/reader.hpp"
-#include "tests/gpu/card_open_query.hpp"
+#include "tests/gpu/gpu_open_query.hpp"
 
 namespace nif::test {
 namespace {
@@ -11,12 +11,12 @@ constexpr RandomAssetOptions kAllEncodings{
 
 class GpuOpenRays : public GpuModuleTest, public testing::WithParamInterface<uint32_t> {
  protected:
-  uint32_t card() const { return GetParam(); }
+  uint32_t gpu() const { return GetParam(); }
 
   /// Returns how many rays were listed.
   size_t expect_twins(const TwinScenes& twins, const std::vector<NifRay>& rays) {
     const OpenAnswers expected = query_open(twins.cpu(), rays, rays.size());
-    const OpenAnswers got = query_open_on_card(machine(), card(), twins.gpu(), rays, rays.size());
+    const OpenAnswers got = query_open_on_gpu(machine(), gpu(), twins.gpu(), rays, rays.size());
     expect_same(got, expected);
     EXPECT_EQ(got.count, expected.count);
     EXPECT_TRUE(got.open == expected.open);
@@ -35,7 +35,7 @@ TEST_P(GpuOpenRays, AreThoseOfTheCpu) {
     size_t listed = 0;
     for (uint32_t object = 0; object < view.objects.size(); ++object)
       for (const bool moved : {false, true}) {
-        TwinScenes twins(config(card()));
+        TwinScenes twins(config(gpu()));
         Matrix transform = kIdentity;
         if (moved) transform = {0.9f, 0.1f, 0, 0.1f, 0, -1.1f, 0.2f, 0, 0.1f, 0, 1, -0.1f};
         twins.add(twins.load(file), object, transform);
@@ -43,7 +43,7 @@ TEST_P(GpuOpenRays, AreThoseOfTheCpu) {
         listed += expect_twins(twins, rays);
       }
     machine().order = seed;
-    TwinScenes twins(config(card()));
+    TwinScenes twins(config(gpu()));
     const uint32_t asset = twins.load(file);
     Random random(seed);
     for (int i = 0; i < 7; ++i) {
@@ -60,7 +60,7 @@ TEST_P(GpuOpenRays, AreThoseOfTheCpu) {
 /// Splitting into launches does not change answers, and ray numbers continue from one to the next.
 TEST_P(GpuOpenRays, GoOnFromLaunchToLaunch) {
   machine().most_rays = 1000;
-  TwinScenes twins(config(card()));
+  TwinScenes twins(config(gpu()));
   const std::vector<std::byte> file = format::encode(random_asset(5, kAllEncodings));
   const uint32_t asset = twins.load(file);
   for (uint32_t object = 0; object < twins.objects(asset); ++object) twins.add(asset, object, kIdentity);
@@ -73,14 +73,14 @@ TEST_P(GpuOpenRays, GoOnFromLaunchToLaunch) {
 TEST_P(GpuOpenRays, AreCountedWhereThereIsNoRoom) {
   const std::vector<std::byte> file =
       format::encode(random_asset(3, {.objects = 0, .instances = 0, .proofs = 1}));
-  TwinScenes twins(config(card()));
+  TwinScenes twins(config(gpu()));
   twins.add(twins.load(file), 0, kIdentity);
   twins.commit();
   const std::vector<NifRay> rays = rays_near(format::read_asset(file, "test"), 3, 3000);
   const OpenAnswers all = query_open(twins.cpu(), rays, rays.size());
   ASSERT_GT(all.count, 100u);
   for (const size_t capacity : {size_t{0}, size_t{1}, size_t{100}, size_t{all.count}}) {
-    const OpenAnswers some = query_open_on_card(machine(), card(), twins.gpu(), rays, capacity);
+    const OpenAnswers some = query_open_on_gpu(machine(), gpu(), twins.gpu(), rays, capacity);
     EXPECT_EQ(some.count, all.count);
     EXPECT_EQ(some.open.size(), capacity);
     for (const OpenRay& ray : some.open)
@@ -90,7 +90,7 @@ TEST_P(GpuOpenRays, AreCountedWhereThereIsNoRoom) {
 }
 
 TEST_P(GpuOpenRays, OfAnEmptySceneAreNone) {
-  TwinScenes twins(config(card()));
+  TwinScenes twins(config(gpu()));
   twins.commit();
   Random random(1);
   EXPECT_EQ(expect_twins(twins, rays_in_cube(random, 5, 300)), 0u);
@@ -116,7 +116,7 @@ TEST_F(GpuModuleTest, OpenQueriesOfWrongArgumentsAreRefused) {
   twins.add(twins.load(file), 0, kIdentity);
   twins.commit();
   const std::vector<NifRay> rays = rays_near(format::read_asset(file, "test"), 3, 100);
-  const CardOpenQuery good(machine(), 0, rays, rays.size());
+  const GpuOpenQuery good(machine(), 0, rays, rays.size());
   const auto refused = [&](NifError error, const NifRays& query, const NifAnswers& outputs,
                            const NifOpenRays& open) {
     EXPECT_EQ(nifQueryOpen(twins.gpu(), &query, &outputs, &open), error) << nifGetErrorMessage();
@@ -132,7 +132,7 @@ TEST_F(GpuModuleTest, OpenQueriesOfWrongArgumentsAreRefused) {
   open.rays = here;
   refused(NIF_ERROR_WRONG_POINTER, good.query, good.outputs, open);
   EXPECT_NE(std::string(nifGetErrorMessage()).find("open: rays"), std::string::npos);
-  const CardArray elsewhere(machine(), 1, nullptr, 400);
+  const GpuArray elsewhere(machine(), 1, nullptr, 400);
   open = good.open;
   open.tmax = elsewhere.as<float>();
   refused(NIF_ERROR_WRONG_POINTER, good.query, good.outputs, open);

@@ -1,8 +1,8 @@
 // Assets that prove nothing, on the GPU: no answer about them is certain there, as on the CPU. And objects that
 // cannot be answered do not keep the others of their asset from the GPU.
 #include "tests/format/damaged.hpp"
-#include "tests/gpu/card_hit_query.hpp"
-#include "tests/gpu/card_open_query.hpp"
+#include "tests/gpu/gpu_hit_query.hpp"
+#include "tests/gpu/gpu_open_query.hpp"
 
 namespace nif::test {
 namespace {
@@ -17,9 +17,9 @@ class GpuProvers : public GpuModuleTest, public testing::WithParamInterface<uint
     const Answers expected = query_all(twins.cpu(), rays);
     expect_same(query_all(twins.gpu(), rays), expected);
     const FirstHits hits = intersect_all(twins.cpu(), rays);
-    EXPECT_EQ(count_different_hits(intersect_on_card(machine(), GetParam(), twins.gpu(), rays), hits), 0u);
+    EXPECT_EQ(count_different_hits(intersect_on_gpu(machine(), GetParam(), twins.gpu(), rays), hits), 0u);
     const OpenAnswers open = query_open(twins.cpu(), rays, rays.size()),
-                      got = query_open_on_card(machine(), GetParam(), twins.gpu(), rays, rays.size());
+                      got = query_open_on_gpu(machine(), GetParam(), twins.gpu(), rays, rays.size());
     expect_same(got, open);
     EXPECT_EQ(got.count, open.count);
     EXPECT_TRUE(got.open == open.open);

@@ -100,13 +100,13 @@ TEST_F(GpuWays, AreChosenWithoutWaiting) {
   TwinScenes twins(config("pipeline=auto"));
   fill(twins);
   const std::vector<NifRay> rays = some_rays();
-  const CardArray on_card(machine(), 0, rays.data(), rays.size() * sizeof(NifRay));
-  std::vector<CardAnswers> answers;
+  const GpuArray on_gpu(machine(), 0, rays.data(), rays.size() * sizeof(NifRay));
+  std::vector<GpuAnswerArrays> answers;
   void* stream = machine().make_stream(0);
   const uint32_t waits = machine().waits;
   for (int i = 0; i < 8; ++i) {
     answers.emplace_back(machine(), 0, rays.size());
-    NifRays query = nifMakeRays(on_card.as<NifRay>(), rays.size());
+    NifRays query = nifMakeRays(on_gpu.as<NifRay>(), rays.size());
     query.memory = NIF_MEMORY_DEVICE;
     query.stream = stream;
     const NifAnswers outputs = answers.back().outputs();
@@ -116,7 +116,7 @@ TEST_F(GpuWays, AreChosenWithoutWaiting) {
   machine().wait_stream(stream);
   machine().free_stream(stream);
   const Answers expected = query_all(twins.cpu(), rays);
-  for (const CardAnswers& one : answers) expect_same(one.get(), expected);
+  for (const GpuAnswerArrays& one : answers) expect_same(one.get(), expected);
 }
 
 /// A later query reads the time that an earlier one could not read.
@@ -124,9 +124,9 @@ TEST_F(GpuWays, AreChosenInSpiteOfErrors) {
   TwinScenes twins(config("pipeline=auto"));
   fill(twins);
   const std::vector<NifRay> rays = some_rays();
-  const CardArray on_card(machine(), 0, rays.data(), rays.size() * sizeof(NifRay));
-  const CardAnswers answers(machine(), 0, rays.size());
-  NifRays query = nifMakeRays(on_card.as<NifRay>(), rays.size());
+  const GpuArray on_gpu(machine(), 0, rays.data(), rays.size() * sizeof(NifRay));
+  const GpuAnswerArrays answers(machine(), 0, rays.size());
+  NifRays query = nifMakeRays(on_gpu.as<NifRay>(), rays.size());
   query.memory = NIF_MEMORY_DEVICE;
   const NifAnswers outputs = answers.outputs();
   void* streams[3];
@@ -172,18 +172,18 @@ TEST_F(GpuWays, MemoryIsSharedInTurns) {
   fill(twins);
   const std::vector<NifRay> rays = some_rays();
   const Answers expected = query_all(twins.cpu(), rays);
-  const CardArray on_card(machine(), 0, rays.data(), rays.size() * sizeof(NifRay));
-  const auto ask = [&](const CardAnswers& answers, void* stream) {
-    NifRays query = nifMakeRays(on_card.as<NifRay>(), rays.size());
+  const GpuArray on_gpu(machine(), 0, rays.data(), rays.size() * sizeof(NifRay));
+  const auto ask = [&](const GpuAnswerArrays& answers, void* stream) {
+    NifRays query = nifMakeRays(on_gpu.as<NifRay>(), rays.size());
     query.memory = NIF_MEMORY_DEVICE;
     query.stream = stream;
     const NifAnswers outputs = answers.outputs();
     return nifQuery(twins.gpu(), &query, &outputs);
   };
-  const CardAnswers answers[] = {{machine(), 0, rays.size()},
-                                 {machine(), 0, rays.size()},
-                                 {machine(), 0, rays.size()},
-                                 {machine(), 0, rays.size()}};
+  const GpuAnswerArrays answers[] = {{machine(), 0, rays.size()},
+                                     {machine(), 0, rays.size()},
+                                     {machine(), 0, rays.size()},
+                                     {machine(), 0, rays.size()}};
   void* streams[3];
   for (void*& stream : streams) stream = machine().make_stream(0);
   const uint32_t before = machine().allocations, waits = machine().waits, held = machine().held_back;
@@ -212,9 +212,9 @@ TEST_F(GpuWays, MemoryIsSharedInTurns) {
 TEST_F(GpuWays, MemoryOfAGrowingScene) {
   TwinScenes twins(config("pipeline=on"));
   const std::vector<NifRay> rays = some_rays();
-  const CardArray on_card(machine(), 0, rays.data(), rays.size() * sizeof(NifRay));
-  const CardAnswers answers(machine(), 0, rays.size());
-  NifRays query = nifMakeRays(on_card.as<NifRay>(), rays.size());
+  const GpuArray on_gpu(machine(), 0, rays.data(), rays.size() * sizeof(NifRay));
+  const GpuAnswerArrays answers(machine(), 0, rays.size());
+  NifRays query = nifMakeRays(on_gpu.as<NifRay>(), rays.size());
   query.memory = NIF_MEMORY_DEVICE;
   query.stream = machine().make_stream(0);
   const NifAnswers outputs = answers.outputs();
@@ -244,12 +244,12 @@ TEST_F(GpuWays, MemoryOfAGrowingScene) {
 TEST_F(GpuWays, MemoryOfARay) {
   constexpr uint64_t kRays = 1 << 18;
   const std::vector<NifRay> ray = some_rays(1);
-  const CardArray on_card(machine(), 0, ray.data(), sizeof(NifRay));
-  const CardArray visible(machine(), 0, nullptr, kRays);
+  const GpuArray on_gpu(machine(), 0, ray.data(), sizeof(NifRay));
+  const GpuArray visible(machine(), 0, nullptr, kRays);
   for (const bool several : {false, true}) {
     TwinScenes twins(config("pipeline=on"));
     fill(twins, several ? 2 : 1);
-    NifRays query = nifMakeRays(on_card.as<NifRay>(), kRays);
+    NifRays query = nifMakeRays(on_gpu.as<NifRay>(), kRays);
     query.origin_stride = query.direction_stride = query.tmin_stride = query.tmax_stride = 0;
     query.memory = NIF_MEMORY_DEVICE;
     auto outputs = nifkit::sized<NifAnswers>();
@@ -266,8 +266,8 @@ TEST_F(GpuWays, MemoryOfARay) {
 /// requested.
 TEST_F(GpuWays, WithoutMemoryForThePipeline) {
   const std::vector<NifRay> rays = some_rays();
-  const CardArray on_card(machine(), 0, rays.data(), rays.size() * sizeof(NifRay));
-  const CardAnswers answers(machine(), 0, rays.size());
+  const GpuArray on_gpu(machine(), 0, rays.data(), rays.size() * sizeof(NifRay));
+  const GpuAnswerArrays answers(machine(), 0, rays.size());
   const struct {
     const char* config;
     NifError error;
@@ -277,7 +277,7 @@ TEST_F(GpuWays, WithoutMemoryForThePipeline) {
   for (const auto& [text, error] : cases) {
     TwinScenes twins(config(text));
     fill(twins);
-    NifRays query = nifMakeRays(on_card.as<NifRay>(), rays.size());
+    NifRays query = nifMakeRays(on_gpu.as<NifRay>(), rays.size());
     query.memory = NIF_MEMORY_DEVICE;
     query.stream = machine().make_stream(0);
     const NifAnswers outputs = answers.outputs();
@@ -369,9 +369,9 @@ TEST_F(GpuModuleTest, MasksAreAnsweredInSinglePrecision) {
   twins.commit();
   Random random(33);
   const std::vector<NifRay> rays = rays_in_cube(random, 3, 1500);
-  const CardArray masks(machine(), 0, nullptr, 4);
+  const GpuArray masks(machine(), 0, nullptr, 4);
   *masks.as<uint32_t>() = 1;
-  CardQuery asked(machine(), 0, rays);
+  GpuQuery asked(machine(), 0, rays);
   asked.query.mask = masks.as<uint32_t>();
   asked.query.stream = machine().make_stream(0);
   ASSERT_EQ(nifQuery(twins.gpu(), &asked.query, &asked.outputs), NIF_OK) << nifGetErrorMessage();

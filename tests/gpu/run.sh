@@ -7,8 +7,8 @@
 #   tests/gpu/run.sh [--rays N] [--device N] [--emulate] [FILE.nif...]
 #
 # --rays: of each set, 10000000 by default. FILE: assets to ask; by default those of tests/golden, and one made of random
-# numbers. What it finds is printed and kept in build/gpu-proof/gpu.md, with the card's name. Where there is no GPU, or with
-# --emulate, 100000 rays are answered by an emulated card, and nothing is timed.
+# numbers. What it finds is printed and kept in build/gpu-proof/gpu.md, with the GPU's name. Where there is no GPU, or with
+# --emulate, 100000 rays are answered by an emulated GPU, and nothing is timed.
 # Ends with 0 only where no answer differs; with 2 where an option is wrong.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
@@ -63,7 +63,7 @@ if ((!emulate)); then
   # A few rays first: they tell whether there is a GPU at all.
   "$proof" --device "$device" --rays 1000 --rounds 0 >"$out/few.md" || status=$?
   if ((status == 3)); then
-    echo 'tests/gpu/run.sh: no GPU here, so an emulated card answers; nothing is timed' >&2
+    echo 'tests/gpu/run.sh: no GPU here, so an emulated GPU answers; nothing is timed' >&2
     emulate=1 status=0
   elif ((status != 0)); then
     cat "$out/few.md" >&2

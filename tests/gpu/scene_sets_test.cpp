@@ -1,12 +1,12 @@
 // A million rays of every named set through a scene of all encodings, whose instances are mirrored, stretched
-// and lie in each other: answered by the GPU module with an emulated card as by the reference, both by the
+// and lie in each other: answered by the GPU module with an emulated GPU as by the reference, both by the
 // pipeline and by the one kernel. And what proofs leave open of as many, and the first hits of as many.
 #include <tbb/parallel_for.h>
 
 #include "tests/gpu/baked.hpp"
-#include "tests/gpu/card_hit_query.hpp"
-#include "tests/gpu/card_open_query.hpp"
-#include "tests/support/shapes.hpp"
+#include "tests/gpu/gpu_hit_query.hpp"
+#include "tests/gpu/gpu_open_query.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
 namespace {
@@ -34,9 +34,9 @@ void for_each_part(const mesh::Mesh& mesh, const Part& part) {
   const bake::Prepared prepared = bake::prepare(mesh);
   const bake::GroundTruth truth(prepared);
   for (const bake::RaySet set : bake::kRaySets) {
-    const bake::LabelledRays labelled = bake::make_ray_set(truth.source(), set, kRays, 7);
-    ASSERT_EQ(labelled.segments.size(), kRays) << bake::name_of(set);
-    const std::span<const kernels::Segment> segments(labelled.segments);
+    const bake::RaysWithTruth drawn = bake::make_ray_set(truth.source(), set, kRays, 7);
+    ASSERT_EQ(drawn.segments.size(), kRays) << bake::name_of(set);
+    const std::span<const kernels::Segment> segments(drawn.segments);
     tbb::parallel_for(size_t{0}, kRays / kPart + 1, [&](size_t number) {
       const size_t first = number * kPart;
       part(segments.subspan(first, std::min(kPart, kRays - first)), number);
@@ -88,7 +88,7 @@ TEST_F(GpuModuleTest, ListTheOpenRaysOfEverySetAsTheReference) {
       std::vector<NifRay> rays;
       for (const kernels::Segment& segment : segments) rays.push_back(to_ray(segment));
       const OpenAnswers expected = query_open(twins->cpu(), rays, rays.size()),
-                        got = query_open_on_card(machine(), 0, twins->gpu(), rays, rays.size());
+                        got = query_open_on_gpu(machine(), 0, twins->gpu(), rays, rays.size());
       expect_same(got, expected);
       EXPECT_TRUE(got.open == expected.open);
       open += expected.open.size();
@@ -121,7 +121,7 @@ TEST_F(GpuModuleTest, FindTheFirstHitsOfEverySetAsTheReference) {
       std::vector<NifRay> rays;
       for (const kernels::Segment& segment : segments) rays.push_back(to_ray(segment));
       const FirstHits expected = intersect_all(twins->cpu(), rays),
-                      got = intersect_on_card(machine(), 0, twins->gpu(), rays);
+                      got = intersect_on_gpu(machine(), 0, twins->gpu(), rays);
       different += count_different_hits(got, expected);
       met += uint64_t(std::count(expected.hit.begin(), expected.hit.end(), 1));
     });

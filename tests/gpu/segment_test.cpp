@@ -2,7 +2,7 @@
 // order of blocks, waves and lanes.
 #include "tests/gpu/loaded.hpp"
 
-#include "kernels/gpu/network/kernels.hpp"
+#include "kernels/gpu/network/network_kernels.hpp"
 
 namespace nif::test {
 namespace {
@@ -15,11 +15,11 @@ struct OpenRays {
 
   void add(const kernels::SegmentField& field, const std::vector<kernels::Segment>& segments) {
     for (const kernels::Segment& segment : segments) {
-      kernels::Walk walk;
-      kernels::walk_segment(field, segment, walk);
-      if (walk.verdict != kernels::Verdict::ambiguous) continue;
+      kernels::FullTraversal traversal;
+      kernels::traverse_segment(field, segment, traversal);
+      if (traversal.verdict != kernels::Verdict::open) continue;
       ++open;
-      hard += walk.run_count > gpu::kKeptRuns;
+      hard += traversal.interval_count > gpu::kKeptIntervals;
     }
   }
 };
@@ -44,7 +44,7 @@ TEST_P(GpuSegmentTest, AnswersAsTheReference) {
   EXPECT_GT(rays.open, 500u);
 }
 
-TEST_P(GpuSegmentTest, AnswersRaysOfManyRuns) {
+TEST_P(GpuSegmentTest, AnswersRaysOfManyIntervals) {
   const Loaded asset(2, {.objects = 2, .instances = 0, .max_voxels = 60, .features = 2});
   OpenRays rays;
   for (const format::ObjectView& object : asset.view.objects) {
@@ -56,7 +56,7 @@ TEST_P(GpuSegmentTest, AnswersRaysOfManyRuns) {
   EXPECT_GT(rays.hard, 100u);
 }
 
-TEST_P(GpuSegmentTest, AnswersRaysThatAreNone) {
+TEST_P(GpuSegmentTest, AnswersInvalidRays) {
   const Loaded asset(5, {.objects = 1, .instances = 0, .max_voxels = 14, .features = 2});
   auto segments = random_segments(asset.view.objects[0], 5, 6000);
   spoil(segments, 6);
@@ -76,11 +76,11 @@ TEST_P(GpuSegmentTest, AnswersDoNotDependOnTheOrder) {
 
 TEST_P(GpuSegmentTest, AnswersBatchesOfAnySize) {
   const Loaded asset(7, {.objects = 1, .instances = 0, .max_voxels = 30, .features = 2});
-  const ObjectOnCard card(format::field_of(asset.view.objects[0]), GetParam());
+  const ObjectOnGpu gpu(format::field_of(asset.view.objects[0]), GetParam());
   for (const uint32_t count :
        {0u, 1u, 2u, 15u, 16u, 17u, 31u, 32u, 33u, 63u, 64u, 65u, 127u, 128u, 129u, 500u}) {
     const auto segments = random_segments(asset.view.objects[0], 7, count);
-    expect_reference(asset.view.objects[0], segments, card.ask(segments));
+    expect_reference(asset.view.objects[0], segments, gpu.ask(segments));
   }
 }
 

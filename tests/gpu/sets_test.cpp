@@ -8,7 +8,7 @@
 #include "tests/gpu/baked.hpp"
 #include "tests/gpu/emulator/compare_half.hpp"
 #include "tests/gpu/emulator/compare_sets.hpp"
-#include "tests/support/shapes.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
 namespace {
@@ -16,14 +16,14 @@ namespace {
 constexpr uint64_t kRays = 1'000'000, kFewerRays = 100'000;
 
 /// So many rays of each set, by the ways in turn.
-void expect_equal(const Baked& baked, uint64_t count, const std::vector<CardWay>& ways) {
+void expect_equal(const Baked& baked, uint64_t count, const std::vector<EmulatedWay>& ways) {
   const bake::Prepared prepared = bake::prepare(baked.scene.meshes[0]);
   const bake::GroundTruth truth(prepared);
   size_t next = 0;
   for (const bake::RaySet set : bake::kRaySets) {
-    const bake::LabelledRays rays = bake::make_ray_set(truth.source(), set, count, 7);
+    const bake::RaysWithTruth rays = bake::make_ray_set(truth.source(), set, count, 7);
     ASSERT_EQ(rays.segments.size(), count) << bake::name_of(set);
-    const CardWay way = ways[next++ % ways.size()];
+    const EmulatedWay way = ways[next++ % ways.size()];
     EXPECT_EQ(count_different(baked.view.objects[0], rays.segments, way), 0u)
         << bake::name_of(set) << " by " << way.name();
   }
@@ -61,7 +61,7 @@ TEST(GpuSets, SphericalFieldsAnswerAsTheReference) {
   const bake::GroundTruth truth(prepared);
   constexpr MatrixKind kKinds[] = {MatrixKind::wmma, MatrixKind::mfma32, MatrixKind::imma};
   for (const bake::RaySet set : bake::kRaySets) {
-    const bake::LabelledRays rays = bake::make_ray_set(truth.source(), set, kFewerRays / 20, 7);
+    const bake::RaysWithTruth rays = bake::make_ray_set(truth.source(), set, kFewerRays / 20, 7);
     for (const HalfComparison& half : compare_half(baked.view.objects[0].as<kernels::SphericalField>(),
                                                    rays.segments, rays.visible, kKinds)) {
       EXPECT_GT(half.asked, rays.segments.size() / 4) << bake::name_of(set);

@@ -68,7 +68,7 @@ class GpuSphericalHalfTest : public GpuWayTest {
   static ObjectAnswers ask(const kernels::SphericalField& field,
                            const std::vector<kernels::Segment>& segments) {
     EXPECT_TRUE(gpu::make_half_layout(field).fits);
-    return ObjectOnCard(field, GetParam()).ask(segments);
+    return ObjectOnGpu(field, GetParam()).ask(segments);
   }
   static void expect_exact(const kernels::SphericalField& field,
                            const std::vector<kernels::Segment>& segments) {
@@ -80,8 +80,8 @@ class GpuSphericalHalfTest : public GpuWayTest {
     }
   }
 };
-std::vector<CardWay> half_ways() {
-  std::vector<CardWay> ways;
+std::vector<EmulatedWay> half_ways() {
+  std::vector<EmulatedWay> ways;
   // gfx90a and gfx942 have the same instruction for halves.
   for (const MatrixKind kind :
        {MatrixKind::dot32, MatrixKind::dot64, MatrixKind::wmma, MatrixKind::mfma32, MatrixKind::imma})
@@ -134,7 +134,7 @@ TEST_P(GpuSphericalHalfTest, AnswersBatchesOfAnySize) {
     expect_exact(exact.field, exact.segments(count, count));
 }
 
-TEST_P(GpuSphericalHalfTest, AnswersRaysThatAreNone) {
+TEST_P(GpuSphericalHalfTest, AnswersInvalidRays) {
   const ExactField exact(5, kPaperOuter, kPaperInner);
   auto segments = exact.segments(5, 3000);
   spoil(segments, 6);

@@ -7,13 +7,13 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "bake/oracle/prepare.hpp"
+#include "bake/ground_truth/prepare.hpp"
 #include "formats/base/status.hpp"
 #include "formats/mesh/read.hpp"
 #include "formats/nif/file_memory.hpp"
-#include "kernels/gpu/network/kernels.hpp"
+#include "kernels/gpu/network/network_kernels.hpp"
 #include "kernels/gpu/spherical/half_kernels.hpp"
-#include "kernels/packed/walk_grid.hpp"
+#include "kernels/packed/traversal_grid.hpp"
 #include "tests/gpu/emulator/compare_half.hpp"
 #include "tests/gpu/emulator/compare_sets.hpp"
 
@@ -45,7 +45,7 @@ class WaveCount {
 };
 
 /// Cost of the rays of a set with one kind of traversal: steps, and what each loads.
-struct WalkCost {
+struct TraversalCost {
   const char* name;
   uint64_t steps = 0, loads = 0, bytes = 0;
   WaveCount of_32{32}, of_64{64};
@@ -58,18 +58,18 @@ struct WalkCost {
 };
 
 /// Counts what the reference reads to find a cell.
-void count_loads(const kernels::SegmentField& field, const kernels::Piece& piece, WalkCost& cost) {
+void count_loads(const kernels::SegmentField& field, const kernels::Piece& piece, TraversalCost& cost) {
   const int32_t voxel[3] = {piece.low[0] >> field.levels, piece.low[1] >> field.levels,
                             piece.low[2] >> field.levels};
   cost.loads += 1;
   cost.bytes += sizeof(*field.brick_table);
-  if (kernels::brick_place(field, voxel).entry < kernels::kFirstMixedBrick) return;
+  if (kernels::voxel_address(field, voxel).entry < kernels::kFirstMixedBrick) return;
   cost.loads += 1;
   cost.bytes += sizeof(*field.brick_states);
   if (kernels::voxel_state(field, voxel) != kernels::VoxelState::surface) return;
   uint32_t depth = 0;
   while (piece.size << depth < 1 << field.levels) ++depth;
-  const uint32_t words = 2 + depth - (depth > 0 && piece.word == kernels::kEmptyPart);
+  const uint32_t words = 2 + depth - (depth > 0 && piece.word == kernels::kEmptyChild);
   cost.loads += words;
   cost.bytes += words * sizeof(uint32_t);
 }
@@ -87,37 +87,38 @@ void count_steps(const format::AssetView& asset, const bake::PreparedScene& prep
                   "of 64", "loads", "bytes");
     any = true;
     const kernels::SegmentField& field = object.as<kernels::SegmentField>();
-    const kernels::cpu::WalkGrid grid(field, std::pmr::new_delete_resource());
-    const kernels::gpu::DeviceSegmentField on_card{field, grid.view(), {}, nullptr};
+    const kernels::cpu::TraversalGrid grid(field, std::pmr::new_delete_resource());
+    const kernels::gpu::DeviceSegmentField on_gpu{field, grid.view(), {}, nullptr};
     const bake::GroundTruth truth(prepared.objects[i]);
     for (const bake::RaySet set : bake::kRaySets) {
-      const bake::LabelledRays labelled = bake::make_ray_set(truth.source(), set, rays, 7);
+      const bake::RaysWithTruth drawn = bake::make_ray_set(truth.source(), set, rays, 7);
       uint64_t open = 0, hard = 0, runs = 0;
-      WalkCost pieces{"cell by cell"}, leaps{"skipping"};
-      const auto no_run = [](uint32_t, const kernels::Run&) {};
-      for (const kernels::Segment& segment : labelled.segments) {
-        kernels::WalkResult walk;
+      TraversalCost pieces{"cell by cell"}, skips{"skipping"};
+      const auto no_interval = [](uint32_t, const kernels::Interval&) {};
+      for (const kernels::Segment& segment : drawn.segments) {
+        kernels::TraversalResult traversal;
         uint64_t steps = 0;
-        kernels::follow_segment(field, segment, walk, no_run, [&](const kernels::Piece& piece) {
+        kernels::follow_segment(field, segment, traversal, no_interval, [&](const kernels::Piece& piece) {
           ++steps;
           count_loads(field, piece, pieces);
         });
         pieces.add_ray(steps);
-        if (walk.verdict == kernels::Verdict::ambiguous) {
+        if (traversal.verdict == kernels::Verdict::open) {
           ++open;
-          hard += walk.run_count > kernels::gpu::kKeptRuns;
-          runs += walk.run_count;
+          hard += traversal.interval_count > kernels::gpu::kKeptIntervals;
+          runs += traversal.interval_count;
         }
         steps = 0;
-        kernels::gpu::leap_segment(on_card, on_card.walk, segment, walk, no_run, [&](uint32_t words) {
-          ++steps;
-          leaps.loads += words;
-          leaps.bytes += words * sizeof(uint32_t);
-        });
-        leaps.add_ray(steps);
+        kernels::gpu::traverse_skipping(on_gpu, on_gpu.traversal, segment, traversal, no_interval,
+                                        [&](uint32_t words) {
+                                          ++steps;
+                                          skips.loads += words;
+                                          skips.bytes += words * sizeof(uint32_t);
+                                        });
+        skips.add_ray(steps);
       }
-      const double count = double(std::max<size_t>(labelled.segments.size(), 1));
-      for (WalkCost* cost : {&pieces, &leaps})
+      const double count = double(std::max<size_t>(drawn.segments.size(), 1));
+      for (TraversalCost* cost : {&pieces, &skips})
         std::printf("%-16s %-14s %-16s %9.2f %9.2f %9.2f %9.2f %9.1f\n", std::string(object.name).c_str(),
                     std::string(bake::name_of(set)).c_str(), cost->name, double(cost->steps) / count,
                     cost->of_32.steps_of_wave(), cost->of_64.steps_of_wave(), double(cost->loads) / count,
@@ -126,7 +127,7 @@ void count_steps(const format::AssetView& asset, const bake::PreparedScene& prep
       char line[160];
       std::snprintf(line, sizeof(line), "%-16s %-14s %9zu %9llu %9llu %9.2f\n",
                     std::string(object.name).c_str(), std::string(bake::name_of(set)).c_str(),
-                    labelled.segments.size(), static_cast<unsigned long long>(open),
+                    drawn.segments.size(), static_cast<unsigned long long>(open),
                     static_cast<unsigned long long>(hard),
                     double(runs) / double(std::max<uint64_t>(open, 1)));
       left += line;
@@ -160,15 +161,15 @@ uint64_t compare_halves(const format::AssetView& asset, const bake::PreparedScen
     any = true;
     const bake::GroundTruth truth(prepared.objects[i]);
     for (const bake::RaySet set : bake::kRaySets) {
-      const bake::LabelledRays labelled = bake::make_ray_set(truth.source(), set, rays, 7);
+      const bake::RaysWithTruth drawn = bake::make_ray_set(truth.source(), set, rays, 7);
       const std::vector<HalfComparison> results =
-          compare_half(object.as<kernels::SphericalField>(), labelled.segments, labelled.visible, kHalfKinds);
+          compare_half(object.as<kernels::SphericalField>(), drawn.segments, drawn.visible, kHalfKinds);
       for (size_t k = 0; k < results.size(); ++k) {
         const HalfComparison& result = results[k];
-        const double all = double(std::max<size_t>(labelled.segments.size(), 1)) / 100;
+        const double all = double(std::max<size_t>(drawn.segments.size(), 1)) / 100;
         std::printf("%-16s %-14s %-7s %9zu %9llu %10llu %7.3f%% %7.3f%% %8.1e %8.1e %8.1e %7llu\n",
                     name.c_str(), std::string(bake::name_of(set)).c_str(), name_of(kHalfKinds[k]),
-                    labelled.segments.size(), static_cast<unsigned long long>(result.asked),
+                    drawn.segments.size(), static_cast<unsigned long long>(result.asked),
                     static_cast<unsigned long long>(result.different), double(result.wrong_single) / all,
                     double(result.wrong_half) / all, result.mean_moved, result.most_moved,
                     result.most_log_odds, static_cast<unsigned long long>(result.beyond));
@@ -204,11 +205,11 @@ uint64_t compare_all(const char* asset_path, const char* mesh_path, uint64_t ray
     const format::ObjectView& object = asset.objects[i];
     const bake::GroundTruth truth(prepared.objects[i]);
     for (const bake::RaySet set : bake::kRaySets) {
-      const bake::LabelledRays labelled = bake::make_ray_set(truth.source(), set, rays, 7);
-      for (const CardWay& way : ways_for(object)) {
-        const uint64_t different = count_different(object, labelled.segments, way);
+      const bake::RaysWithTruth drawn = bake::make_ray_set(truth.source(), set, rays, 7);
+      for (const EmulatedWay& way : ways_for(object)) {
+        const uint64_t different = count_different(object, drawn.segments, way);
         std::printf("%-16s %-14s %-18s %9zu %10llu\n", std::string(object.name).c_str(),
-                    std::string(bake::name_of(set)).c_str(), way.name().c_str(), labelled.segments.size(),
+                    std::string(bake::name_of(set)).c_str(), way.name().c_str(), drawn.segments.size(),
                     static_cast<unsigned long long>(different));
         std::fflush(stdout);
         all += different;

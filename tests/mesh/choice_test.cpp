@@ -6,7 +6,7 @@
 #include "formats/base/glob.hpp"
 #include "formats/mesh/read.hpp"
 #include "tests/support/gltf.hpp"
-#include "tests/support/shapes.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
 namespace {

@@ -8,13 +8,13 @@
 #include "formats/base/status.hpp"
 #include "formats/mesh/box.hpp"
 #include "formats/mesh/clean.hpp"
-#include "formats/mesh/gltf/writer.hpp"
+#include "formats/mesh/gltf/gltf_writer.hpp"
 #include "formats/mesh/read.hpp"
 #include "formats/mesh/transform.hpp"
 #include "mesh/generate/city.hpp"
-#include "tests/support/shapes.hpp"
 #include "tests/support/surfaces.hpp"
 #include "tests/support/temp_dir.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::generate {
 namespace {

@@ -6,7 +6,7 @@
 #include <random>
 
 #include "formats/base/collinear.hpp"
-#include "tests/support/shapes.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
 namespace {

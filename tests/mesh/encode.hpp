@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "formats/mesh/scene.hpp"
+#include "formats/mesh/mesh_scene.hpp"
 #include "tests/support/gltf.hpp"
 
 namespace nif::test {

@@ -10,8 +10,8 @@
 
 #include "formats/mesh/read.hpp"
 #include "tests/mesh/encode.hpp"
-#include "tests/support/shapes.hpp"
 #include "tests/support/temp_dir.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
 namespace {

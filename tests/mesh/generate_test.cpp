@@ -13,9 +13,9 @@
 #include "formats/mesh/read.hpp"
 #include "mesh/generate/shape.hpp"
 #include "mesh/generate/turn.hpp"
-#include "tests/support/shapes.hpp"
 #include "tests/support/surfaces.hpp"
 #include "tests/support/temp_dir.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::generate {
 namespace {

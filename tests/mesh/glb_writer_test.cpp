@@ -1,5 +1,5 @@
 // What is written as .glb reads back as the same scene, bit by bit.
-#include "formats/mesh/gltf/writer.hpp"
+#include "formats/mesh/gltf/gltf_writer.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 
 #include "formats/base/status.hpp"
 #include "formats/mesh/read.hpp"
-#include "tests/support/shapes.hpp"
 #include "tests/support/temp_dir.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
 namespace {

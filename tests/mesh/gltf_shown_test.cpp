@@ -9,7 +9,7 @@
 #include "formats/mesh/read.hpp"
 #include "formats/mesh/transform.hpp"
 #include "tests/support/gltf.hpp"
-#include "tests/support/shapes.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
 namespace {

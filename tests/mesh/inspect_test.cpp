@@ -5,7 +5,7 @@
 
 #include "formats/mesh/read.hpp"
 #include "tests/support/real_meshes.hpp"
-#include "tests/support/shapes.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
 namespace {

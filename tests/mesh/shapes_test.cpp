@@ -1,5 +1,5 @@
 // The shapes that other tests trust are what they claim to be.
-#include "tests/support/shapes.hpp"
+#include "tests/support/test_shapes.hpp"
 
 #include <gtest/gtest.h>
 

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/support/shapes.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
 namespace {
@@ -19,7 +19,7 @@ TEST(Compare, AMeshIsNotFarFromItself) {
   const bake::Prepared prepared = bake::prepare(mesh);
   const bake::GroundTruth truth(prepared);
   for (const bake::RaySet set : bake::kRaySets) {
-    const auto same = compare::visibility(truth, truth.source().oracle, set, 10000, 1);
+    const auto same = compare::visibility(truth, truth.source().embree, set, 10000, 1);
     EXPECT_GT(same.rays, 0u);
     EXPECT_EQ(same.opened + same.closed, 0u) << bake::name_of(set);
   }
@@ -46,8 +46,8 @@ TEST(Compare, AHoleLetsRaysThrough) {
   const mesh::CleanMesh clean = mesh::clean(holed);
   const bake::Prepared prepared = bake::prepare(ball);
   const bake::GroundTruth truth(prepared);
-  const bake::Oracle oracle(clean.positions, clean.triangles);
-  const auto found = compare::visibility(truth, oracle, bake::RaySet::outer_lines, 100000, 1);
+  const bake::EmbreeTruth embree(clean.positions, clean.triangles);
+  const auto found = compare::visibility(truth, embree, bake::RaySet::outer_lines, 100000, 1);
   EXPECT_EQ(found.closed, 0u);
   // A line through the removed twentieth of the sphere usually meets the rest on the other side.
   EXPECT_GT(found.opened, 0u);

@@ -8,7 +8,7 @@
 #include "mesh/halfedge/decimate.hpp"
 #include "mesh/halfedge/subdivide.hpp"
 #include "mesh/inspect/inspect.hpp"
-#include "tests/support/shapes.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "mesh/inspect/inspect.hpp"
 #include "mesh/repair/repair.hpp"
-#include "tests/support/shapes.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
 namespace {

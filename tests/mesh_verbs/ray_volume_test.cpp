@@ -8,7 +8,7 @@
 #include "formats/base/random.hpp"
 #include "formats/base/status.hpp"
 #include "mesh/volume/ray_volume.hpp"
-#include "tests/support/shapes.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
 namespace {

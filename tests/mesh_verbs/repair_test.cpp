@@ -8,7 +8,7 @@
 
 #include "mesh/inspect/inspect.hpp"
 #include "mesh/repair/snap.hpp"
-#include "tests/support/shapes.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
 namespace {

@@ -7,7 +7,7 @@
 #include "mesh/inspect/inspect.hpp"
 #include "mesh/repair/repair.hpp"
 #include "mesh/repair/t_junctions.hpp"
-#include "tests/support/shapes.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
 namespace {

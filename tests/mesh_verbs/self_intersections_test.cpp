@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "mesh/cgal/cgal.hpp"
-#include "tests/support/shapes.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
 namespace {
@@ -21,7 +21,7 @@ class SelfIntersections : public testing::Test {
   }
 };
 
-TEST_F(SelfIntersections, NeighboursAreNone) {
+TEST_F(SelfIntersections, NeighboursDoNotCount) {
   for (const mesh::Mesh& mesh : {cube(), icosphere(3), torus(32, 16), open_bowl(8, 16), nested_spheres(2)})
     EXPECT_EQ(found_in(mesh).pairs, 0u) << mesh.name;
 }
@@ -54,7 +54,7 @@ TEST_F(SelfIntersections, TwoCubesThroughEachOther) {
 }
 
 /// All triangles of a fan meet in one vertex.
-TEST_F(SelfIntersections, AreNotLookedForInTooManyPairs) {
+TEST_F(SelfIntersections, StopAtTooManyPairs) {
   constexpr uint32_t kTriangles = 500;
   constexpr uint64_t kPairs = kTriangles * (kTriangles - 1) / 2;
   mesh::Mesh fan{"fan", {{0, 0, 0}}, {}};

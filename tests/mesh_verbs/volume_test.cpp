@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "mesh/inspect/inspect.hpp"
-#include "tests/support/shapes.hpp"
 #include "tests/support/temp_dir.hpp"
+#include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
 namespace {

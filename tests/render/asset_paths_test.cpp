@@ -11,10 +11,10 @@
 #include "formats/nif/writer.hpp"
 #include "tests/bake/quiet_bake.hpp"
 #include "tests/cli/mesh_text.hpp"
-#include "tests/support/shapes.hpp"
 #include "tests/support/temp_dir.hpp"
+#include "tests/support/test_shapes.hpp"
 #include "tools/common/progress.hpp"
-#include "tools/render/compare.hpp"
+#include "tools/render/compare_pictures.hpp"
 #include "tools/render/renderer.hpp"
 
 namespace nif::render {

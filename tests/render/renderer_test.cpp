@@ -1,6 +1,6 @@
 // Whole pictures: against what can be computed by hand, and the same for any number of threads.
 #include "tools/render/renderer.hpp"
-#include "bake/oracle/ray_sets.hpp"
+#include "bake/ground_truth/ray_sets.hpp"
 
 #include <gtest/gtest.h>
 #include <tbb/task_arena.h>
@@ -12,10 +12,10 @@
 #include "formats/base/status.hpp"
 #include "tests/cli/mesh_text.hpp"
 #include "tests/support/gltf.hpp"
-#include "tests/support/shapes.hpp"
 #include "tests/support/temp_dir.hpp"
+#include "tests/support/test_shapes.hpp"
 #include "tools/common/progress.hpp"
-#include "tools/render/compare.hpp"
+#include "tools/render/compare_pictures.hpp"
 #include "tools/render/scene_file.hpp"
 
 namespace nif::render {

@@ -8,8 +8,8 @@
 
 #include "formats/base/status.hpp"
 #include "tests/support/gltf.hpp"
-#include "tests/support/shapes.hpp"
 #include "tests/support/temp_dir.hpp"
+#include "tests/support/test_shapes.hpp"
 #include "tools/common/progress.hpp"
 #include "tools/render/scene_file.hpp"
 

@@ -7,8 +7,8 @@
 #include "formats/base/status.hpp"
 #include "formats/mesh/read.hpp"
 #include "tests/cli/mesh_text.hpp"
-#include "tests/support/shapes.hpp"
 #include "tests/support/temp_dir.hpp"
+#include "tests/support/test_shapes.hpp"
 #include "tools/common/progress.hpp"
 #include "tools/render/scene_meshes.hpp"
 
@@ -60,13 +60,13 @@ TEST_F(Views, RaysMeetTheObjectInItsOwnSpace) {
   const bake::MeshRays rays = draw(scene_with({kMoved}), 0);
   ASSERT_GT(rays.segments.size(), 100u);
   ASSERT_EQ(rays.meshes.size(), rays.segments.size());
-  const bake::Oracle oracle(meshes_.meshes[0].positions, meshes_.meshes[0].triangles);
+  const bake::EmbreeTruth embree(meshes_.meshes[0].positions, meshes_.meshes[0].triangles);
   size_t on_sphere = 0, blocked = 0;
   for (const Segment& ray : rays.segments) {
     const Double3 origin = to_double({ray.origin[0], ray.origin[1], ray.origin[2]});
     const Double3 direction = to_double({ray.direction[0], ray.direction[1], ray.direction[2]});
     on_sphere += std::abs(length(origin) - 1) < 0.05;
-    blocked += oracle.occluded(ray);
+    blocked += embree.occluded(ray);
     // The sphere's box is within a ball of sqrt 3.
     const double along = std::max(0.0, -dot(origin, direction) / dot(direction, direction));
     EXPECT_LT(length(origin + direction * along), 1.75);
@@ -105,12 +105,12 @@ TEST_F(Views, RaysOfTheCamerasThemselves) {
   scene.cameras.push_back(scene.cameras[0]);
   scene.cameras[1].where = Orbit{.azimuth = 200, .elevation = 10, .fill = 0.9};
   const bake::MeshRays rays = draw(scene, 0, &ViewRays::draw_primary);
-  const bake::Oracle oracle(meshes_.meshes[0].positions, meshes_.meshes[0].triangles);
+  const bake::EmbreeTruth embree(meshes_.meshes[0].positions, meshes_.meshes[0].triangles);
   size_t hits = 0, cameras = 1;
   for (size_t i = 0; i < rays.segments.size(); ++i) {
     const Segment& ray = rays.segments[i];
     cameras += i > 0 && ray.origin[0] != rays.segments[i - 1].origin[0];
-    hits += oracle.first_hit(ray).has_value();
+    hits += embree.first_hit(ray).has_value();
     EXPECT_TRUE(std::isinf(ray.tmax));
   }
   EXPECT_EQ(cameras, 2u);

@@ -4,7 +4,7 @@
 #include <fstream>
 #include <map>
 
-#include "kernels/reference/scene.hpp"
+#include "kernels/reference/scene_query.hpp"
 #include "tests/runtime/runtime_fixture.hpp"
 #include "tests/support/aligned.hpp"
 #include "tests/support/temp_dir.hpp"
@@ -84,7 +84,7 @@ TEST_F(Assets, SameAnswersHoweverLoaded) {
 
 /// The kernels keep copies of the asset's bytes: after the load the bytes may change, and scenes still know
 /// where objects are and how their networks are calibrated.
-TEST_F(Assets, AnswerAfterTheirBytesWereLetGo) {
+TEST_F(Assets, AnswerAfterTheirBytesAreFreed) {
   auto device = nifkit::sized<NifDeviceInfo>();
   ASSERT_EQ(nifGetDeviceInfo(device_, &device), NIF_OK);
   if (std::string_view(device.isa) == "scalar") GTEST_SKIP() << "the scalar kernels keep the bytes";
@@ -148,7 +148,7 @@ TEST_P(AssetInformation, IsThatOfTheFile) {
   size_t words = 0;
   for (const format::Object& object : source.objects) {
     const format::PlanesData& data = *object.planes;
-    words += size_t(data.voxels[0]) * data.voxels[1] * data.voxels[2] + data.parts.size();
+    words += size_t(data.voxels[0]) * data.voxels[1] * data.voxels[2] + data.children.size();
   }
   EXPECT_LT(info.resident_bytes, file_.size() + 4 * words + 8192);
   EXPECT_EQ(std::string_view(info.metadata, info.metadata_bytes), source.metadata);
@@ -217,7 +217,8 @@ TEST_P(AssetInformation, HasPartsThatAddUp) {
         EXPECT_GE(by_name.at(part.name).resident_bytes, part.bytes + part.decoded) << part.name;
       }
       EXPECT_EQ(by_name.at("metadata").file_bytes, info.metadata_bytes);
-      EXPECT_EQ(by_name.at("walk_words").resident_bytes > 0, std::string_view(device.info().isa) != "scalar");
+      EXPECT_EQ(by_name.at("traversal_words").resident_bytes > 0,
+                std::string_view(device.info().isa) != "scalar");
       auto none = nifkit::sized<NifPartInfo>();
       EXPECT_EQ(nifGetPartInfo(asset.get(), uint32_t(parts.size()), &none), NIF_ERROR_INVALID_ARGUMENT);
     }

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <limits>
 
-#include "tests/runtime/first_hits.hpp"
 #include "tests/runtime/open_answers.hpp"
 #include "tests/runtime/plain_scene.hpp"
+#include "tests/runtime/runtime_first_hits.hpp"
 #include "tests/support/aligned.hpp"
 
 namespace nif::test {
@@ -121,7 +121,7 @@ TEST_F(Instances, NumbersInARowFillGapsThatAreLongEnough) {
   EXPECT_EQ(info.instance_end, 18u);
 }
 
-TEST_F(Instances, TheLastOneIsAskedAsASoleOne) {
+TEST_F(Instances, TheLastOneIsQueriedAsASoleInstance) {
   const NifScene scene = scene_of_all();
   for (uint32_t i = 0; i < 12; ++i)
     if (i != 5) {
@@ -188,7 +188,7 @@ TEST_F(Instances, AssetsGoWithTheirLastInstance) {
   EXPECT_EQ(live, 0u);
 }
 
-TEST_F(Instances, SleepWhileTheyAreDisabled) {
+TEST_F(Instances, DoNotBlockWhileDisabled) {
   const NifScene scene = scene_of_all();
   for (int round = 0; round < 2; ++round) {  // the second time, the hierarchy was refitted
     for (const uint32_t i : {1u, 4u, 11u})
@@ -355,7 +355,7 @@ TEST_F(Instances, ManyTransformsAtOnceAreAllOrNothing) {
   EXPECT_EQ(info.committed, 1u) << "nothing has changed";
 }
 
-TEST_F(Instances, AreAskedBackAsTheyWereSet) {
+TEST_F(Instances, AreReturnedAsSet) {
   const NifScene scene = scene_of_all();
   const double origin[3] = {1e9, -2e-9, 3};
   ASSERT_EQ(nifSetInstanceOrigin(scene, 2, origin), NIF_OK);

@@ -130,19 +130,19 @@ TEST_P(IsaTest, RaysThroughPlanesAndCorners) {
 
 /// Rays along a row of voxels in which every other one is open: more ends of intervals than kernels have room
 /// for, for one ray and for all.
-TEST_P(IsaTest, ManyRuns) {
+TEST_P(IsaTest, ManyIntervals) {
   Random random(1);
   file_ = format::encode(asset_of_a_row(1));
   view_ = std::make_unique<format::AssetView>(format::read_asset(file_, "file"));
   const kernels::SegmentField& field = view_->objects[0].as<kernels::SegmentField>();
 
-  const auto walk = std::make_unique<kernels::Walk>();
+  const auto traversal = std::make_unique<kernels::FullTraversal>();
   const std::vector<NifRay> rays = rays_in_a_row(random, field, 6000);
   size_t few = 0, many = 0, turns = 0;
   for (const NifRay& ray : rays) {
-    kernels::walk_segment(field, to_segment(ray), *walk);
-    if (walk->verdict == kernels::Verdict::ambiguous) ++(walk->run_count <= 32 ? few : many);
-    turns += 2 * walk->run_count;
+    kernels::traverse_segment(field, to_segment(ray), *traversal);
+    if (traversal->verdict == kernels::Verdict::open) ++(traversal->interval_count <= 32 ? few : many);
+    turns += 2 * traversal->interval_count;
   }
   EXPECT_GT(few, rays.size() / 4);
   EXPECT_GT(many, rays.size() / 4);
@@ -150,7 +150,7 @@ TEST_P(IsaTest, ManyRuns) {
   expect_reference(field, rays, query_all(scene_of(load(), 0), rays));
 }
 
-TEST_P(IsaTest, RaysThatAreNone) {
+TEST_P(IsaTest, InvalidRays) {
   const float odd[] = {NAN,    INFINITY, -INFINITY, 0.0f,  -0.0f, 1e-45f,
                        1e-30f, 3e38f,    -3e38f,    1e20f, 1.0f,  0.5f};
   const format::AssetView& view = make(5, {.objects = 1, .instances = 0, .max_voxels = 14});

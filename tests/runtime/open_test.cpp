@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "formats/nif/parts.hpp"
-#include "kernels/reference/encodings/exact.hpp"
+#include "kernels/reference/encodings/reference_exact.hpp"
 #include "kernels/reference/instance.hpp"
 #include "tests/runtime/open_answers.hpp"
 #include "tests/support/query_object.hpp"

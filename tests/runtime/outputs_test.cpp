@@ -16,7 +16,7 @@ namespace {
 class Outputs : public RuntimeTest {};
 
 TEST_F(Outputs, EqualTheReference) {
-  uint64_t learned = 0, occluded = 0, leaned = 0;
+  uint64_t learned = 0, occluded = 0, shifted = 0;
   for (uint64_t seed = 0; seed < 12; ++seed) {
     const format::AssetView& view = make(seed);
     const NifAsset asset = load();
@@ -39,7 +39,7 @@ TEST_F(Outputs, EqualTheReference) {
           ASSERT_NEAR(answers.probability[i], p, 1e-5);
           ASSERT_EQ(expected.logit >= 0, expected.visible);
           ASSERT_EQ(answers.probability[i] >= 0.5f, expected.logit + threshold >= 0);
-          leaned += (answers.probability[i] >= 0.5f) != expected.visible;
+          shifted += (answers.probability[i] >= 0.5f) != expected.visible;
           ++learned;
         }
         occluded += !expected.visible;
@@ -48,7 +48,7 @@ TEST_F(Outputs, EqualTheReference) {
     }
   }
   EXPECT_GT(learned, 1000u);
-  EXPECT_GT(leaned, 50u);
+  EXPECT_GT(shifted, 50u);
   EXPECT_GT(occluded, 1000u);
 }
 

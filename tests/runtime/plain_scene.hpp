@@ -3,7 +3,7 @@
 #pragma once
 
 #include "kernels/reference/instance.hpp"
-#include "kernels/reference/scene.hpp"
+#include "kernels/reference/scene_query.hpp"
 #include "tests/runtime/runtime_fixture.hpp"
 
 namespace nif::test {

@@ -4,8 +4,8 @@
 #include <limits>
 
 #include "tests/format/damaged.hpp"
-#include "tests/runtime/first_hits.hpp"
 #include "tests/runtime/open_answers.hpp"
+#include "tests/runtime/runtime_first_hits.hpp"
 
 namespace nif::test {
 namespace {

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Checks that files and folders named in comments and docs exist. Prints those that do not, and ends with 1.
 #
-# Looked at are words that start with one of the top folders ("bake/oracle/closure", with or without the ending) and words
+# Looked at are words that start with one of the top folders ("bake/ground_truth/closure", with or without the ending) and words
 # that end as our own sources do ("grid_traversal-inl.hpp"); the end of a path is enough. Headers in .h are mostly others',
 # and not looked at, and NAME is what the reader puts there. Ends with 77 outside a git work tree, where nothing tells our files
 # from others.
@@ -69,7 +69,7 @@ awk '
       sub(/[.\/-]+$/, "", word)
       first = substr(word, 1, index(word, "/") - 1)
       if (word !~ /^[A-Za-z_.]/ || first == "build" || !ours) continue
-      if (word ~ /(^|\/)NAME(\/|\.|$)/) continue
+      if (word ~ /(^|[\/_])NAME(\/|\.|$)/) continue
       if (word !~ /[A-Za-z0-9_]\.(cpp|hpp|hip|md|sh|cmake)$/ && !(first in top)) continue
       if (word in known || resolved(folder, word) in known) continue
       printf "%s:%d: there is no %s\n", FILENAME, FNR, word

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "formats/nif/planes/part.hpp"
+#include "formats/nif/planes/planes_part.hpp"
 #include "kernels/reference/planes/cells.hpp"
 
 namespace nif::test {
@@ -15,7 +15,7 @@ using CellFlaw = void (*)(format::PlanesData& data);
 /// Replaces each word with planes by `change` of it.
 template <class Change>
 void change_planes(format::PlanesData& data, const Change& change) {
-  for (std::vector<uint32_t>* words : {&data.voxel_records, &data.parts})
+  for (std::vector<uint32_t>* words : {&data.voxel_records, &data.children})
     for (uint32_t& word : *words)
       if (kernels::word_kind(word) != kernels::kLink) word = change(word);
 }
@@ -33,8 +33,8 @@ inline void walls_everywhere(format::PlanesData& data) {
 inline void narrow_planes(format::PlanesData& data) {
   change_planes(data, [](uint32_t word) {
     constexpr uint32_t kTenth = 20;
-    const uint32_t lower = std::min(kernels::lower_place(word) + kTenth, kernels::kPlanePlaces - 1),
-                   upper = std::max(kernels::upper_place(word), kTenth) - kTenth;
+    const uint32_t lower = std::min(kernels::lower_offset(word) + kTenth, kernels::kPlaneOffsets - 1),
+                   upper = std::max(kernels::upper_offset(word), kTenth) - kTenth;
     return kernels::make_planes(kernels::word_kind(word), word >> 4 & 63, word >> 10 & 63, lower,
                                 std::max(upper, lower + 1));
   });

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "formats/mesh/scene.hpp"
+#include "formats/mesh/mesh_scene.hpp"
 
 namespace nif::test {
 

@@ -4,9 +4,9 @@
 
 #include <memory>
 
-#include "bake/network/corners.hpp"
-#include "bake/oracle/prepare.hpp"
-#include "bake/planes/cells.hpp"
+#include "bake/ground_truth/prepare.hpp"
+#include "bake/network/corner_features.hpp"
+#include "bake/planes/fit_cells.hpp"
 #include "tests/support/cell_flaws.hpp"
 
 namespace nif::test {

@@ -10,8 +10,8 @@
 #include <string>
 
 #include "formats/nif/asset.hpp"
-#include "formats/nif/planes/sides.hpp"
-#include "kernels/reference/encodings/segment.hpp"
+#include "formats/nif/planes/cell_sides.hpp"
+#include "kernels/reference/encodings/reference_segment.hpp"
 #include "tests/support/coded.hpp"
 #include "tests/support/random_bvh.hpp"
 #include "tests/support/random_exact.hpp"
@@ -144,14 +144,14 @@ inline uint32_t random_planes(Random& random, bool similar = false) {
                               uint32_t(std::clamp(middle + half, 1, 256)));
 }
 
-/// Records of surface voxels and their parts. Bare voxels, which join nothing, separate what is outside from
-/// what is inside.
+/// Records of surface voxels and their children. Bare voxels, which join nothing, separate what is outside
+/// from what is inside.
 inline void fill_cells(Random& random, const RandomBall& ball, RandomSides sides, bool all_proven, bool coded,
                        format::PlanesData& object) {
   using kernels::VoxelState;
   object.voxel_base.clear();
   object.voxel_records.clear();
-  object.parts.clear();
+  object.children.clear();
   const kernels::PlanesField field = format::field_of(object);
   const auto in_grid = [&](const int32_t(&at)[3]) {
     for (size_t a = 0; a < 3; ++a)
@@ -182,7 +182,7 @@ inline void fill_cells(Random& random, const RandomBall& ball, RandomSides sides
     return false;
   };
 
-  std::vector<bool> bare;  // of records, then parts
+  std::vector<bool> bare;  // of records, then children
   uint32_t brick = 0;
   for (uint32_t b = 0; b < uint32_t(object.brick_table.size()); ++b) {
     if (object.brick_table[b] < kernels::kFirstMixedBrick) continue;
@@ -200,21 +200,21 @@ inline void fill_cells(Random& random, const RandomBall& ball, RandomSides sides
   }
   object.voxel_records.resize(bare.size());
 
-  // Voxels first, then parts of these, and so on.
+  // Voxels first, then children of these, and so on.
   size_t next = 0, level_end = object.voxel_records.size();
   for (uint32_t level = 0;; ++level, level_end = bare.size()) {
     for (; next < level_end; ++next) {
       uint32_t word = bare[next] ? kernels::kBareCell : random_planes(random, coded);
-      if (level < object.levels && object.parts.size() + 8 <= kernels::kMaxParts &&
+      if (level < object.levels && object.children.size() + 8 <= kernels::kMaxChildren &&
           random.below(bare[next] ? 16 : 3) == 0) {
         // A part that is not there joins what is around it.
         const uint32_t mask = bare[next] ? 255 : 1 + random.below(255);
-        word = kernels::make_link(mask, uint32_t(object.parts.size()));
-        object.parts.resize(object.parts.size() + size_t(std::popcount(mask)));
-        bare.resize(object.voxel_records.size() + object.parts.size(), bare[next]);
+        word = kernels::make_link(mask, uint32_t(object.children.size()));
+        object.children.resize(object.children.size() + size_t(std::popcount(mask)));
+        bare.resize(object.voxel_records.size() + object.children.size(), bare[next]);
       }
       const size_t part = next - object.voxel_records.size();
-      (next < object.voxel_records.size() ? object.voxel_records[next] : object.parts[part]) = word;
+      (next < object.voxel_records.size() ? object.voxel_records[next] : object.children[part]) = word;
     }
     if (bare.size() == level_end) break;
   }
@@ -222,7 +222,7 @@ inline void fill_cells(Random& random, const RandomBall& ball, RandomSides sides
   // Kinds, now that it is clear which sides are proven; not all that is proven need be said.
   const format::SideRegions regions(format::field_of(object));
   uint32_t record = 0;
-  for (std::vector<uint32_t>* words : {&object.voxel_records, &object.parts})
+  for (std::vector<uint32_t>* words : {&object.voxel_records, &object.children})
     for (uint32_t& word : *words) {
       const kernels::CellKind known = {random.below(8) || all_proven ? regions.above(record) : 0,
                                        random.below(8) || all_proven ? regions.below(record) : 0,
@@ -399,7 +399,7 @@ inline format::Asset random_asset(uint64_t seed, const RandomAssetOptions& optio
     asset.mlps.push_back(
         random_network(random, kernels::input_count(network.samples, network.features_per_corner)));
     // Some answers lean to one side or the other, without taking random numbers of what follows.
-    if (i % 2) format::lean(asset.mlps.back(), Random(seed + i).between(-4000, 4000));
+    if (i % 2) format::move_threshold(asset.mlps.back(), Random(seed + i).between(-4000, 4000));
     set_coded(options.coded, object);
     fill_cells(random, ball, sides, options.coded && i % 2 == 0, options.coded != 0, planes);
     asset.objects.push_back(std::move(object));

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "formats/nif/triangles/pack.hpp"
-#include "kernels/reference/triangles/query.hpp"
-#include "tests/support/random.hpp"
+#include "kernels/reference/triangles/triangles_query.hpp"
+#include "tests/support/test_random.hpp"
 
 namespace nif::test {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "formats/nif/parts.hpp"
-#include "kernels/reference/planes/walk.hpp"
+#include "kernels/reference/planes/grid_traversal.hpp"
 #include "tests/support/random_bvh.hpp"
 
 namespace nif::test {
@@ -70,12 +70,12 @@ inline RandomExact random_exact(Random& random, uint32_t max_voxels) {
       const uint32_t side = random.below(8) ? uint32_t{kernels::kSeenOutside} : 0u;
       const bool walled = wall && x > 0 && y > 0 && x + 1 < int32_t(across) && y + 1 < int32_t(across);
       const int32_t voxel[3] = {x, y, int32_t(layer)};
-      const kernels::BrickPlace at = kernels::brick_place(field, voxel);
+      const kernels::VoxelAddress at = kernels::voxel_address(field, voxel);
       const uint32_t brick = at.entry - kernels::kFirstMixedBrick;
       const uint64_t before = grid.brick_states[brick].surface & ((uint64_t{1} << at.bit) - 1);
       grid.voxel_records[grid.voxel_base[brick] + uint32_t(std::popcount(before))] = kernels::make_planes(
           kernels::kind_of({side, side, walled}), kernels::kNormalHalf, kernels::kNormalHalf,
-          kernels::kPlanePlaces / 2 - reach, kernels::kPlanePlaces / 2 + reach);
+          kernels::kPlaneOffsets / 2 - reach, kernels::kPlaneOffsets / 2 + reach);
     }
   return exact;
 }

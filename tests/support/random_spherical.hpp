@@ -7,7 +7,7 @@
 #include "formats/nif/asset.hpp"
 #include "kernels/reference/half.hpp"
 #include "kernels/reference/spherical/primary.hpp"
-#include "tests/support/random.hpp"
+#include "tests/support/test_random.hpp"
 
 namespace nif::test {
 

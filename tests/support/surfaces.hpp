@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "formats/mesh/scene.hpp"
+#include "formats/mesh/mesh_scene.hpp"
 
 namespace nif::test {
 

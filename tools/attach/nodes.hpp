@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "formats/mesh/gltf/attach.hpp"
-#include "formats/mesh/scene.hpp"
+#include "formats/mesh/mesh_scene.hpp"
 #include "formats/nif/reader.hpp"
 
 namespace nif::tools {

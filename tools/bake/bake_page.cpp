@@ -12,7 +12,7 @@
 #include "tools/bake/surface_errors.hpp"
 #include "tools/common/interruption.hpp"
 #include "tools/common/page.hpp"
-#include "tools/render/compare.hpp"
+#include "tools/render/compare_pictures.hpp"
 #include "tools/render/lighting.hpp"
 #include "tools/render/renderer.hpp"
 #include "tools/render/scene_meshes.hpp"

@@ -10,7 +10,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "bake/oracle/ray_sets.hpp"
+#include "bake/ground_truth/ray_sets.hpp"
 #include "formats/base/random.hpp"
 #include "formats/base/status.hpp"
 #include "tools/render/camera.hpp"

@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "tools/render/image.hpp"
+#include "tools/render/image_file.hpp"
 #include "tools/render/world.hpp"
 
 namespace nif::tools {

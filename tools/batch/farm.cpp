@@ -10,7 +10,7 @@
 #include "formats/base/status.hpp"
 #include "formats/mesh/file_bytes.hpp"
 #include "tools/batch/baking.hpp"
-#include "tools/batch/report.hpp"
+#include "tools/batch/batch_report.hpp"
 #include "tools/batch/slurm.hpp"
 #include "tools/common/json_output.hpp"
 #include "tools/common/options.hpp"

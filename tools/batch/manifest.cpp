@@ -12,7 +12,7 @@
 #include "formats/base/printable.hpp"
 #include "formats/base/status.hpp"
 #include "formats/base/utf8.hpp"
-#include "tools/batch/glob.hpp"
+#include "tools/batch/manifest_glob.hpp"
 #include "tools/common/bake_options.hpp"
 #include "tools/common/options.hpp"
 #include "tools/common/toml_table.hpp"

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "bake/oracle/scene_truth.hpp"
+#include "bake/ground_truth/scene_truth.hpp"
 #include "tools/common/measured_asset.hpp"
 #include "tools/common/progress.hpp"
 #include "tools/common/runtime_handles.hpp"

@@ -17,7 +17,7 @@ namespace {
 
 void add_stages(const BenchOptions& options, const std::vector<Subject>& subjects, size_t index,
                 SetSpeeds& speeds) {
-  std::vector<const bake::LabelledRays*> rays;
+  std::vector<const bake::RaysWithTruth*> rays;
   for (const Subject& subject : subjects) rays.push_back(&subject.sets[index]);
   const auto wrong = [](const bake::Accuracy& accuracy) { return accuracy.leak + accuracy.spurious; };
   const size_t rounds = options.schedule.rounds;
@@ -116,11 +116,11 @@ BenchResult measure(const BenchOptions& options, Progress& progress) {
         const NifScene scene = subjects[i].scenes.front().handle;
         subjects[i].accuracies.push_back(bake::evaluate(
             subjects[i].sets.back(), behind ? proofs_first_answerer(scene, *behind) : runtime_answerer(scene),
-            truth.source().oracle));
+            truth.source().embree));
         if (against)
           subjects[i].against_accuracies.push_back(
               bake::evaluate(subjects[i].sets.back(), runtime_answerer(subjects[i].against.front().handle),
-                             truth.source().oracle));
+                             truth.source().embree));
       }
     }
     for (size_t b = 0; b < kEmbreeBuilds.size(); ++b) {

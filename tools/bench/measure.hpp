@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "bake/oracle/embree_baseline.hpp"
-#include "bake/oracle/evaluate.hpp"
+#include "bake/ground_truth/embree_baseline.hpp"
+#include "bake/ground_truth/evaluate.hpp"
 #include "nif/nif.h"
-#include "tools/bench/rounds.hpp"
-#include "tools/bench/stages.hpp"
+#include "tools/bench/bench_rounds.hpp"
+#include "tools/bench/bench_stages.hpp"
 #include "tools/common/progress.hpp"
 
 namespace nif::tools {

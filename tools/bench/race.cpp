@@ -1,5 +1,5 @@
-// Turns the asset and every way to call Embree into contenders, which rounds.hpp times. Rays are laid out
-// anew before each pass, off the clock, and the asset's timed answers must have the stated error.
+// Turns the asset and every way to call Embree into contenders, which bench_rounds.hpp times. Rays are laid
+// out anew before each pass, off the clock, and the asset's timed answers must have the stated error.
 #include "tools/bench/race.hpp"
 
 #include <fmt/format.h>
@@ -25,7 +25,7 @@ NifRay to_ray(const kernels::Segment& s) {
 /// A set of rays as the runtime's public interface takes them.
 class Asked {
  public:
-  Asked(const bake::LabelledRays& rays, bool first_hits)
+  Asked(const bake::RaysWithTruth& rays, bool first_hits)
       : source_(rays), first_hits_(first_hits), rays_(rays.segments.size()), answers_(rays.segments.size()) {
     if (!first_hits) return;
     t_.resize(rays_.size());
@@ -77,7 +77,7 @@ class Asked {
     return answers;
   }
 
-  const bake::LabelledRays& source_;
+  const bake::RaysWithTruth& source_;
   bool first_hits_;
   std::vector<NifRay> rays_;
   std::vector<uint8_t> answers_;  ///< NifAnswers::visible, or NifHits::hit

@@ -20,7 +20,7 @@ struct Subject {
   std::vector<Scene> scenes;   ///< by number of threads
   std::vector<Scene> against;  ///< of the other asset, if there is one
   std::array<std::unique_ptr<bake::EmbreeScene>, kEmbreeBuilds.size()> embree;
-  std::vector<bake::LabelledRays> sets;
+  std::vector<bake::RaysWithTruth> sets;
   std::vector<bake::Accuracy> accuracies, against_accuracies;  ///< for the same sets
   /// Embree's scenes have instances. Then no call gets the coherence hint: with it, rtcOccluded16 of Embree
   /// 3.13.5 may never return.

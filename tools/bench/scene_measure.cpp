@@ -82,7 +82,7 @@ void draw_sets(const SceneBenchOptions& options, std::span<const bake::Placed> i
     go_on(0, fmt::format("drawing {}", bake::name_of(set)));
     subject.sets.push_back(bake::make_ray_set(truth.source(), set, options.rays, options.seed));
     subject.accuracies.push_back(bake::evaluate(
-        subject.sets.back(), runtime_answerer(subject.scenes.front().handle), truth.source().oracle));
+        subject.sets.back(), runtime_answerer(subject.scenes.front().handle), truth.source().embree));
   }
 }
 

@@ -1,4 +1,4 @@
-// Takes the tables for rays from report.hpp, and adds those for moved instances: milliseconds to set
+// Takes the tables for rays from bench_report.hpp, and adds those for moved instances: milliseconds to set
 // transforms, to commit, and for both.
 #include "tools/bench/scene_report.hpp"
 
@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "formats/base/quantities.hpp"
-#include "tools/bench/report.hpp"
+#include "tools/bench/bench_report.hpp"
 
 namespace nif::tools {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "bake/oracle/evaluate.hpp"
+#include "bake/ground_truth/evaluate.hpp"
 
 namespace nif::tools {
 

@@ -184,9 +184,9 @@ bake::BakeOptions resolve_options(const BakeArguments& arguments) {
                 "--max-leak and --max-spurious cannot be used together: what limits one kind of error makes "
                 "the other more frequent");
   if (!arguments.max_leak.empty())
-    options.lean = {bake::Mistake::leak, parse_rate(arguments.max_leak, "--max-leak")};
+    options.error_limit = {bake::Mistake::leak, parse_rate(arguments.max_leak, "--max-leak")};
   if (!arguments.max_spurious.empty())
-    options.lean = {bake::Mistake::spurious, parse_rate(arguments.max_spurious, "--max-spurious")};
+    options.error_limit = {bake::Mistake::spurious, parse_rate(arguments.max_spurious, "--max-spurious")};
   if (!arguments.mix.empty()) options.mix = parse_mix(arguments.mix);
   return options;
 }

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "bake/bake.hpp"
-#include "formats/mesh/choice.hpp"
 #include "formats/mesh/merging.hpp"
+#include "formats/mesh/mesh_choice.hpp"
 #include "tools/common/options.hpp"
 #include "tools/common/spherical_options.hpp"
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "bake/oracle/hits.hpp"
+#include "bake/ground_truth/evaluate_hits.hpp"
 
 namespace nif::tools {
 

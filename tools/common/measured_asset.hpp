@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "bake/oracle/evaluate.hpp"
-#include "bake/oracle/prepare.hpp"
-#include "formats/mesh/scene.hpp"
+#include "bake/ground_truth/evaluate.hpp"
+#include "bake/ground_truth/prepare.hpp"
+#include "formats/mesh/mesh_scene.hpp"
 #include "nif/nif.h"
 #include "tools/common/progress.hpp"
 #include "tools/common/runtime_handles.hpp"

@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "bake/oracle/embree_baseline.hpp"
-#include "bake/oracle/evaluate.hpp"
+#include "bake/ground_truth/embree_baseline.hpp"
+#include "bake/ground_truth/evaluate.hpp"
 #include "nif/nif.h"
 
 namespace nif::tools {

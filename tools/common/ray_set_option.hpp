@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "bake/oracle/ray_sets.hpp"
+#include "bake/ground_truth/ray_sets.hpp"
 #include "tools/common/options.hpp"
 
 namespace nif::tools {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-#include "formats/mesh/choice.hpp"
+#include "formats/mesh/mesh_choice.hpp"
 #include "tools/common/options.hpp"
 
 namespace nif::tools {

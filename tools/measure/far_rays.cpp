@@ -19,7 +19,7 @@
 #include "formats/base/status.hpp"
 #include "formats/nif/file_memory.hpp"
 #include "formats/nif/reader.hpp"
-#include "kernels/cpu/encodings.hpp"
+#include "kernels/cpu/cpu_encodings.hpp"
 #include "kernels/reference/batch.hpp"
 
 namespace {

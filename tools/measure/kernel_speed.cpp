@@ -13,13 +13,13 @@
 #include <chrono>
 #include <cstdlib>
 
-#include "bake/oracle/prepare.hpp"
-#include "bake/oracle/ray_sets.hpp"
+#include "bake/ground_truth/prepare.hpp"
+#include "bake/ground_truth/ray_sets.hpp"
 #include "formats/base/status.hpp"
 #include "formats/mesh/read.hpp"
 #include "formats/nif/file_memory.hpp"
 #include "formats/nif/reader.hpp"
-#include "kernels/cpu/encodings.hpp"
+#include "kernels/cpu/cpu_encodings.hpp"
 #include "kernels/reference/batch.hpp"
 
 namespace {

@@ -10,8 +10,8 @@
 
 #include <cstdlib>
 
-#include "bake/encodings.hpp"
-#include "bake/oracle/prepare.hpp"
+#include "bake/bake_encodings.hpp"
+#include "bake/ground_truth/prepare.hpp"
 #include "formats/base/status.hpp"
 #include "formats/mesh/read.hpp"
 #include "formats/nif/file_memory.hpp"
@@ -41,7 +41,7 @@ void run(const std::string& path, const std::string& mesh, uint64_t count) {
     if (view.objects.front().network) {
       const bake::SegmentCounts counts =
           bake::count_work(view.objects.front().as<kernels::SegmentField>(), rays);
-      print(set, rays.size(), counts.pieces, counts.ambiguous, counts.nanoseconds());
+      print(set, rays.size(), counts.cubes, counts.open, counts.nanoseconds());
     } else {
       const bake::BvhCounts counts =
           bake::count_work(view.objects.front().as<kernels::TrianglesField>(), rays);

@@ -22,7 +22,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "bake/oracle/prepare.hpp"
+#include "bake/ground_truth/prepare.hpp"
 #include "formats/base/status.hpp"
 #include "formats/mesh/read.hpp"
 

@@ -5,7 +5,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "bake/oracle/prepare.hpp"
+#include "bake/ground_truth/prepare.hpp"
 #include "formats/base/memory.hpp"
 #include "formats/base/quantities.hpp"
 #include "formats/base/status.hpp"
@@ -21,7 +21,7 @@
 #include "tools/common/ray_set_option.hpp"
 #include "tools/common/shared_options.hpp"
 #include "tools/common/threads.hpp"
-#include "tools/mesh/input.hpp"
+#include "tools/mesh/verb_input.hpp"
 #include "tools/mesh/verbs.hpp"
 
 namespace nif::tools {
@@ -99,10 +99,10 @@ Comparison measure(const Arguments& a, Progress& progress) {
   if (sets.empty()) sets.assign(bake::kRaySets.begin(), bake::kRaySets.end());
   if (a.rays == 0) return results;
   const bake::GroundTruth truth(first.prepared());
-  const bake::Oracle oracle(to.positions, to.triangles);
+  const bake::EmbreeTruth embree(to.positions, to.triangles);
   for (const bake::RaySet set : sets) {
     progress.update(0.6 + 0.4 * double(results.sets.size()) / double(sets.size()), "tracing rays");
-    results.sets.push_back(compare::visibility(truth, oracle, set, a.rays, a.seed));
+    results.sets.push_back(compare::visibility(truth, embree, set, a.rays, a.seed));
   }
   return results;
 }

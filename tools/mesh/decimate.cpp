@@ -10,7 +10,7 @@
 #include "tools/common/options.hpp"
 #include "tools/common/progress.hpp"
 #include "tools/mesh/length.hpp"
-#include "tools/mesh/work.hpp"
+#include "tools/mesh/mesh_work.hpp"
 
 namespace nif::tools {
 namespace {

@@ -19,8 +19,8 @@
 #include "tools/common/progress.hpp"
 #include "tools/common/shared_options.hpp"
 #include "tools/common/threads.hpp"
-#include "tools/mesh/input.hpp"
-#include "tools/mesh/report.hpp"
+#include "tools/mesh/mesh_report.hpp"
+#include "tools/mesh/verb_input.hpp"
 #include "tools/mesh/verbs.hpp"
 
 namespace nif::tools {

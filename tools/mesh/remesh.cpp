@@ -13,8 +13,8 @@
 #include "tools/common/options.hpp"
 #include "tools/common/progress.hpp"
 #include "tools/mesh/length.hpp"
+#include "tools/mesh/mesh_work.hpp"
 #include "tools/mesh/sampling.hpp"
-#include "tools/mesh/work.hpp"
 
 namespace nif::tools {
 namespace {

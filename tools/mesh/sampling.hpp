@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <string>
 
-#include "formats/mesh/scene.hpp"
+#include "formats/mesh/mesh_scene.hpp"
 #include "mesh/volume/volume.hpp"
 #include "tools/common/options.hpp"
 

@@ -9,7 +9,7 @@
 #include "mesh/halfedge/subdivide.hpp"
 #include "tools/common/options.hpp"
 #include "tools/common/progress.hpp"
-#include "tools/mesh/work.hpp"
+#include "tools/mesh/mesh_work.hpp"
 
 namespace nif::tools {
 namespace {

@@ -1,7 +1,7 @@
 // Reads the level sets of a .vdb as meshes, in a separate process because OpenVDB trusts its input.
 #pragma once
 
-#include "formats/mesh/scene.hpp"
+#include "formats/mesh/mesh_scene.hpp"
 #include "tools/common/options.hpp"
 
 namespace nif::tools {

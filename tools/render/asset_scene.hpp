@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "formats/mesh/scene.hpp"
+#include "formats/mesh/mesh_scene.hpp"
 #include "kernels/reference/ray.hpp"
 #include "tools/common/runtime_handles.hpp"
-#include "tools/render/scene.hpp"
+#include "tools/render/picture_scene.hpp"
 #include "tools/render/surface_point.hpp"
 
 namespace nif::render {

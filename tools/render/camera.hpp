@@ -2,7 +2,7 @@
 #pragma once
 
 #include "formats/mesh/box.hpp"
-#include "tools/render/scene.hpp"
+#include "tools/render/picture_scene.hpp"
 
 namespace nif::render {
 

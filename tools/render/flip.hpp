@@ -1,7 +1,7 @@
 // FLIP measures how different two pictures look when they are shown in turn.
 #pragma once
 
-#include "tools/render/image.hpp"
+#include "tools/render/image_file.hpp"
 
 namespace nif::render {
 

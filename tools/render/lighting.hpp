@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "tools/render/image.hpp"
-#include "tools/render/scene.hpp"
+#include "tools/render/image_file.hpp"
+#include "tools/render/picture_scene.hpp"
 
 namespace nif::render {
 

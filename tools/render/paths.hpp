@@ -5,7 +5,7 @@
 #include <numbers>
 #include <optional>
 
-#include "bake/oracle/ray_sets.hpp"
+#include "bake/ground_truth/ray_sets.hpp"
 #include "tools/render/camera.hpp"
 #include "tools/render/lighting.hpp"
 #include "tools/render/pixel_samples.hpp"

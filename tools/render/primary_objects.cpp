@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "bake/oracle/ray_sets.hpp"
+#include "bake/ground_truth/ray_sets.hpp"
 #include "formats/base/status.hpp"
 #include "kernels/reference/spherical/primary.hpp"
 

@@ -8,7 +8,7 @@
 #include "formats/mesh/transform.hpp"
 #include "formats/nif/file_memory.hpp"
 #include "formats/nif/reader.hpp"
-#include "tools/render/scene.hpp"
+#include "tools/render/picture_scene.hpp"
 #include "tools/render/surface_point.hpp"
 
 namespace nif::render {

@@ -7,7 +7,7 @@
 #include <functional>
 
 #include "tools/render/camera.hpp"
-#include "tools/render/image.hpp"
+#include "tools/render/image_file.hpp"
 #include "tools/render/lighting.hpp"
 #include "tools/render/world.hpp"
 

@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "tools/render/scene.hpp"
+#include "tools/render/picture_scene.hpp"
 
 namespace nif::render {
 

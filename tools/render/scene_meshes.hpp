@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "formats/mesh/scene.hpp"
+#include "formats/mesh/mesh_scene.hpp"
 #include "tools/common/progress.hpp"
-#include "tools/render/scene.hpp"
+#include "tools/render/picture_scene.hpp"
 
 namespace nif::render {
 

@@ -1,7 +1,7 @@
 // Describes the point where a camera ray or a bounce hits a surface.
 #pragma once
 
-#include "tools/render/scene.hpp"
+#include "tools/render/picture_scene.hpp"
 
 namespace nif::render {
 

@@ -12,8 +12,8 @@
 #include <limits>
 #include <set>
 
-#include "bake/oracle/prepare.hpp"
-#include "bake/oracle/ray_sets.hpp"
+#include "bake/ground_truth/prepare.hpp"
+#include "bake/ground_truth/ray_sets.hpp"
 #include "formats/base/status.hpp"
 #include "tools/common/baked_scene.hpp"
 #include "tools/common/progress.hpp"

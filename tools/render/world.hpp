@@ -8,13 +8,13 @@
 #include <string>
 #include <vector>
 
-#include "bake/oracle/oracle.hpp"
+#include "bake/ground_truth/embree_truth.hpp"
 #include "formats/mesh/box.hpp"
 #include "formats/mesh/transform.hpp"
 #include "tools/common/progress.hpp"
 #include "tools/render/asset_scene.hpp"
+#include "tools/render/picture_scene.hpp"
 #include "tools/render/primary_objects.hpp"
-#include "tools/render/scene.hpp"
 #include "tools/render/scene_meshes.hpp"
 #include "tools/render/surface_point.hpp"
 

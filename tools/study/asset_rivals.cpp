@@ -55,7 +55,7 @@ class AssetRival : public Rival {
   uint64_t file_bytes() const override { return asset_.file_bytes(); }
   bake::Answerer answerer() const override { return runtime_answerer(asset_.scene()); }
 
-  std::vector<TimedWay> ways(const bake::LabelledRays& rays, bake::RaySet) const override {
+  std::vector<TimedWay> ways(const bake::RaysWithTruth& rays, bake::RaySet) const override {
     auto laid_out = std::make_shared<std::vector<NifRay>>();
     for (const Segment& s : rays.segments)
       laid_out->push_back({{s.origin[0], s.origin[1], s.origin[2]},
@@ -88,7 +88,7 @@ class ProofsThenEmbree : public Rival {
   uint64_t file_bytes() const override { return asset_.file_bytes(); }
   bake::Answerer answerer() const override { return proofs_first_answerer(asset_.scene(), embree_); }
 
-  std::vector<TimedWay> ways(const bake::LabelledRays& rays, bake::RaySet) const override {
+  std::vector<TimedWay> ways(const bake::RaysWithTruth& rays, bake::RaySet) const override {
     std::vector<TimedWay> ways;
     auto asked = std::make_shared<ProofsFirst>();
     auto visible = std::make_shared<std::vector<uint8_t>>(rays.segments.size());

@@ -6,7 +6,7 @@
 #include <numeric>
 #include <optional>
 
-#include "bake/oracle/embree_baseline.hpp"
+#include "bake/ground_truth/embree_baseline.hpp"
 #include "formats/base/status.hpp"
 #include "formats/mesh/clean.hpp"
 #include "mesh/halfedge/decimate.hpp"
@@ -46,7 +46,7 @@ class EmbreeRival : public Rival {
     };
   }
 
-  std::vector<TimedWay> ways(const bake::LabelledRays& rays, bake::RaySet set) const override {
+  std::vector<TimedWay> ways(const bake::RaysWithTruth& rays, bake::RaySet set) const override {
     std::vector<TimedWay> ways;
     const auto laid_out = std::make_shared<bake::EmbreeRays>(rays.segments.size());
     for (const EmbreeCall call : bake::kEmbreeCalls) {

@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "formats/base/status.hpp"
-#include "tools/bench/rounds.hpp"
+#include "tools/bench/bench_rounds.hpp"
 
 namespace nif::tools {
 namespace {
@@ -30,7 +30,7 @@ Meter::Meter(const StudiedMesh& mesh, uint64_t rays, uint64_t seed, const RivalP
   }
   embree_ = mesh_rivals(mesh, {}).front().make(progress);
   for (const bake::RaySet set : kTimed) {
-    const bake::LabelledRays& drawn = sets_[size_t(set)];
+    const bake::RaysWithTruth& drawn = sets_[size_t(set)];
     if (drawn.segments.empty()) continue;
     double least = INFINITY;
     for (const TimedWay& way : embree_->ways(drawn, set)) {
@@ -44,11 +44,11 @@ Meter::Meter(const StudiedMesh& mesh, uint64_t rays, uint64_t seed, const RivalP
 RivalSets Meter::measure(const Rival& rival, const RivalProgress& progress) const {
   RivalSets sets;
   for (const bake::RaySet set : bake::kRaySets) {
-    const bake::LabelledRays& rays = sets_[size_t(set)];
+    const bake::RaysWithTruth& rays = sets_[size_t(set)];
     if (rays.segments.empty()) continue;
     const double done = double(set) / bake::kRaySets.size();
     progress(done, fmt::format("asking {}", bake::name_of(set)));
-    const bake::Accuracy accuracy = bake::evaluate(rays, rival.answerer(), mesh_.truth.source().oracle);
+    const bake::Accuracy accuracy = bake::evaluate(rays, rival.answerer(), mesh_.truth.source().embree);
     RivalSet& result = sets[std::string(bake::name_of(set))];
     result.rays = accuracy.rays;
     result.leak = accuracy.rate(accuracy.leak);

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "bake/oracle/embree_scene.hpp"
+#include "bake/ground_truth/embree_scene.hpp"
 #include "tools/study/rival.hpp"
 
 namespace nif::tools {
@@ -36,7 +36,7 @@ class Meter {
 
  private:
   const StudiedMesh& mesh_;
-  std::vector<bake::LabelledRays> sets_;  ///< [kRaySets]
+  std::vector<bake::RaysWithTruth> sets_;  ///< [kRaySets]
   std::unique_ptr<Rival> embree_;
   std::vector<std::optional<TimedWay>> fastest_;  ///< [kRaySets], for the timed sets that have rays
 };

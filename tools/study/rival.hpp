@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "bake/bake.hpp"
-#include "bake/oracle/embree_scene.hpp"
-#include "bake/oracle/evaluate.hpp"
-#include "bake/oracle/prepare.hpp"
+#include "bake/ground_truth/embree_scene.hpp"
+#include "bake/ground_truth/evaluate.hpp"
+#include "bake/ground_truth/prepare.hpp"
 
 namespace nif::tools {
 
@@ -44,7 +44,7 @@ class Rival {
   virtual bake::Answerer answerer() const = 0;
   /// Every way to query these rays, of which the fastest counts. The ways must not outlive the rival or the
   /// rays.
-  virtual std::vector<TimedWay> ways(const bake::LabelledRays& rays, bake::RaySet set) const = 0;
+  virtual std::vector<TimedWay> ways(const bake::RaysWithTruth& rays, bake::RaySet set) const = 0;
 };
 
 /// Reports progress while a rival is made; may throw Error(interrupted).

@@ -39,7 +39,7 @@ StudyView::StudyView(const StudiedMesh& mesh, uint32_t width, uint32_t height)
     for (uint32_t y = rows.begin(); y < rows.end(); ++y) {
       for (uint32_t x = 0; x < width; ++x) {
         const Double3 direction = camera.direction((x + 0.5) / width, (y + 0.5) / height);
-        const auto hit = source.oracle.first_hit(bake::make_segment(camera.position, direction, INFINITY));
+        const auto hit = source.embree.first_hit(bake::make_segment(camera.position, direction, INFINITY));
         if (!hit) continue;
         Double3 normal = unit(hit->normal);
         if (dot(normal, direction) > 0) normal = normal * -1.0;
@@ -53,7 +53,7 @@ StudyView::StudyView(const StudiedMesh& mesh, uint32_t width, uint32_t height)
           if (dot(towards, normal) < 0) towards = towards * -1.0;
           found.rays[i] = bake::make_segment(origin, towards, INFINITY);
           found.weights[i] = i == 0 ? 0.f : float(dot(towards, normal));
-          found.visible[i] = !source.oracle.occluded(found.rays[i]);
+          found.visible[i] = !source.embree.occluded(found.rays[i]);
         }
       }
     }

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "tools/render/image.hpp"
+#include "tools/render/image_file.hpp"
 #include "tools/study/rival.hpp"
 
 namespace nif::tools {
@@ -34,7 +34,7 @@ class StudyView {
   uint32_t width_, height_;
   std::vector<Pixel> pixels_;
   std::vector<float> weights_;  ///< [ray] for ambient light
-  bake::LabelledRays rays_;     ///< kRays for each pixel: to the sun, then over the hemisphere
+  bake::RaysWithTruth rays_;    ///< kRays for each pixel: to the sun, then over the hemisphere
 };
 
 }  // namespace nif::tools

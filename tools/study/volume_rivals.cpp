@@ -17,7 +17,7 @@ class VolumeRival : public Rival {
       : volume_(std::move(volume)) {
     constexpr size_t kTried = 20'000;
     size_t fewest = SIZE_MAX;
-    const bake::LabelledRays rays =
+    const bake::RaysWithTruth rays =
         bake::make_ray_set(mesh.truth.source(), bake::RaySet::inner_surface, kTried, seed + 1);
     std::vector<uint8_t> visible(rays.segments.size());
     for (const double skip : {0.0, 0.5, 1.0, 1.5, 2.0, 3.0}) {
@@ -40,7 +40,7 @@ class VolumeRival : public Rival {
     };
   }
 
-  std::vector<TimedWay> ways(const bake::LabelledRays& rays, bake::RaySet) const override {
+  std::vector<TimedWay> ways(const bake::RaysWithTruth& rays, bake::RaySet) const override {
     auto visible = std::make_shared<std::vector<uint8_t>>(rays.segments.size());
     return {[this, visible, &rays] {
       return seconds_of([&] { volume_->ask(rays.segments, skip_, visible->data()); });

@@ -13,7 +13,7 @@ from ._abi import LOGIT_CERTAIN, NONE, Encoding, ErrorCode, InstanceFlags
 from ._answers import Answers, Hits, Instance, OpenRays
 from ._asset import Asset, AssetInstance, Object, Part, load
 from ._bake import bake, bake_file
-from ._device import BackendInfo, CardInfo, Device, backends, cards, default_device
+from ._device import BackendInfo, GpuInfo, Device, backends, gpus, default_device
 from ._job import Job
 from ._library import Error, library_version
 from ._program import find_program
@@ -25,7 +25,7 @@ __all__ = [
     "Asset",
     "AssetInstance",
     "BackendInfo",
-    "CardInfo",
+    "GpuInfo",
     "Device",
     "Encoding",
     "Error",
@@ -43,7 +43,7 @@ __all__ = [
     "backends",
     "bake",
     "bake_file",
-    "cards",
+    "gpus",
     "default_device",
     "find_program",
     "load",

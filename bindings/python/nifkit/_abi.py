@@ -78,7 +78,7 @@ class NifDeviceInfo(Structure):
         ("reserved", c_uint32),
         ("isa", c_char_p),
         ("backend", c_char_p),
-        ("card", c_char_p),
+        ("gpu", c_char_p),
     ]
 
 
@@ -92,7 +92,7 @@ class NifBackendInfo(Structure):
     ]
 
 
-class NifCardInfo(Structure):
+class NifGpuInfo(Structure):
     _fields_ = [
         ("struct_size", c_uint64),
         ("name", c_char_p),
@@ -275,7 +275,7 @@ FUNCTIONS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "nifReleaseDevice": (None, (c_void_p,)),
     "nifGetDeviceInfo": (c_int32, (c_void_p, POINTER(NifDeviceInfo))),
     "nifGetBackendInfo": (c_int32, (c_uint32, POINTER(NifBackendInfo))),
-    "nifGetCardInfo": (c_int32, (c_uint32, POINTER(NifCardInfo))),
+    "nifGetGpuInfo": (c_int32, (c_uint32, POINTER(NifGpuInfo))),
     "nifLoadAssetFile": (c_int32, (c_void_p, c_char_p, c_int32, POINTER(c_void_p))),
     "nifLoadAssetMemory": (c_int32, (c_void_p, c_void_p, c_uint64, c_int32, POINTER(c_void_p))),
     "nifRetainAsset": (None, (c_void_p,)),

@@ -6,7 +6,7 @@ import os
 import threading
 from typing import NamedTuple, Optional, Union
 
-from ._abi import ErrorCode, NifBackendInfo, NifCardInfo, NifDeviceInfo
+from ._abi import ErrorCode, NifBackendInfo, NifGpuInfo, NifDeviceInfo
 from ._handle import Handle
 from ._library import Error, check, file_name, lib, text
 
@@ -21,7 +21,7 @@ class Device(Handle):
         queries: queries that can run at the same time without waiting; 0: as many as the machine has threads.
         backend: "cpu"; "gpu", of AMD or NVIDIA; or one of the two: "cuda" or "hip".
         options: other keys of the library's configuration string. For the CPU: `memory` ("auto" or "least": smaller tables,
-            slower rays). For GPUs: `device` (number of the card), `module` (file of the GPU module), `pipeline` ("auto",
+            slower rays). For GPUs: `device` (number of the GPU), `module` (file of the GPU module), `pipeline` ("auto",
             "on" or "off"), `precision` ("single" or "half").
 
     Raises:
@@ -57,7 +57,7 @@ class Device(Handle):
         info = NifDeviceInfo()
         with self._using() as handle:  # the texts belong to the device
             check(lib.nifGetDeviceInfo(handle, ctypes.byref(info)))
-            return int(info.threads), text(info.isa), text(info.backend), text(info.card)
+            return int(info.threads), text(info.isa), text(info.backend), text(info.gpu)
 
     @property
     def threads(self) -> int:
@@ -75,7 +75,7 @@ class Device(Handle):
         return self._info()[2]
 
     @property
-    def card(self) -> str:
+    def gpu(self) -> str:
         """Name of the GPU; "" for the CPU."""
         return self._info()[3]
 
@@ -124,7 +124,7 @@ class BackendInfo(NamedTuple):
     """One sentence on why it is not available; "" if it is."""
 
 
-class CardInfo(NamedTuple):
+class GpuInfo(NamedTuple):
     """A GPU."""
 
     name: str
@@ -146,7 +146,7 @@ class CardInfo(NamedTuple):
 
 
 def backends() -> list[BackendInfo]:
-    """The backends of this version, and why one is not available. Looks for drivers and cards each time. Thread-safe."""
+    """The backends of this version, and why one is not available. Looks for drivers and GPUs each time. Thread-safe."""
     found: list[BackendInfo] = []
     info = NifBackendInfo()
     while True:
@@ -157,18 +157,18 @@ def backends() -> list[BackendInfo]:
         found.append(BackendInfo(text(info.name), bool(info.available), text(info.reason)))
 
 
-def cards() -> list[CardInfo]:
+def gpus() -> list[GpuInfo]:
     """The GPUs of this machine, as `Device(backend="gpu", device=N)` numbers them; [] if there are none:
     `backends()` says why. Thread-safe."""
-    found: list[CardInfo] = []
-    info = NifCardInfo()
+    found: list[GpuInfo] = []
+    info = NifGpuInfo()
     while True:
-        code = lib.nifGetCardInfo(len(found), ctypes.byref(info))
+        code = lib.nifGetGpuInfo(len(found), ctypes.byref(info))
         if code in (ErrorCode.INVALID_ARGUMENT, ErrorCode.NOT_AVAILABLE):
             return found
         check(code)
         found.append(
-            CardInfo(
+            GpuInfo(
                 text(info.name), text(info.target), text(info.driver),
                 int(info.memory_bytes), bool(info.available), text(info.reason), text(info.backend),
                 f"{info.pci_domain:04x}:{info.pci_bus:02x}:{info.pci_device:02x}.0",

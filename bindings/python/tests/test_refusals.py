@@ -186,13 +186,13 @@ def test_devices():
         with refused(code, ""):
             nifkit.Device(**options)
     with nifkit.Device(threads=1, isa="scalar") as device:
-        assert (device.threads, device.isa, device.backend, device.card) == (1, "scalar", "cpu", "")
+        assert (device.threads, device.isa, device.backend, device.gpu) == (1, "scalar", "cpu", "")
         assert "scalar" in repr(device)
     assert [backend.name for backend in nifkit.backends()] == ["cpu", "cuda", "hip"]
     assert nifkit.backends()[0].available
-    assert bool(nifkit.cards()) or all(backend.reason for backend in nifkit.backends()[1:])
-    for card in nifkit.cards():
-        assert card.backend in ("cuda", "hip") and len(card.pci_address) == 12 and card.luid is None
+    assert bool(nifkit.gpus()) or all(backend.reason for backend in nifkit.backends()[1:])
+    for gpu in nifkit.gpus():
+        assert gpu.backend in ("cuda", "hip") and len(gpu.pci_address) == 12 and gpu.luid is None
 
 
 def test_things_that_are_no_devices(scene):

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "formats/mesh/gltf/hierarchy.hpp"
+#include "formats/mesh/gltf/gltf_hierarchy.hpp"
 #include "formats/mesh/gltf/json.hpp"
 
 namespace tinygltf {

@@ -14,8 +14,8 @@
 #include <optional>
 
 #include "formats/base/json_text.hpp"
+#include "formats/mesh/gltf/gltf_json_text.hpp"
 #include "formats/mesh/gltf/json.hpp"
-#include "formats/mesh/gltf/json_text.hpp"
 
 namespace nif::mesh {
 namespace {

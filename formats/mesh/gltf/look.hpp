@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "formats/mesh/gltf/accessor.hpp"
-#include "formats/mesh/scene.hpp"
+#include "formats/mesh/mesh_scene.hpp"
 
 namespace nif::mesh::detail {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "formats/mesh/gltf/accessor.hpp"
-#include "formats/mesh/gltf/hierarchy.hpp"
+#include "formats/mesh/gltf/gltf_hierarchy.hpp"
 #include "formats/mesh/gltf/json.hpp"
 #include "formats/mesh/gltf/skin.hpp"
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "formats/mesh/gltf/accessor.hpp"
-#include "formats/mesh/gltf/hierarchy.hpp"
+#include "formats/mesh/gltf/gltf_hierarchy.hpp"
 
 namespace nif::mesh::detail {
 

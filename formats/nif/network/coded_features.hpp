@@ -5,7 +5,7 @@
 #include <array>
 
 #include "formats/base/range_coder.hpp"
-#include "kernels/reference/network/field.hpp"
+#include "kernels/reference/network/network_field.hpp"
 
 namespace nif::format {
 

@@ -5,7 +5,7 @@
 #include <bit>
 #include <cstdlib>
 
-#include "formats/nif/planes/check.hpp"
+#include "formats/nif/planes/check_planes.hpp"
 
 namespace nif::format {
 namespace {

@@ -111,7 +111,7 @@ uint32_t thickness_class(const CellPrediction& prediction, const CellCube& cell)
 
 PlacePrediction predict_place(const CellPrediction& prediction, const CellCube& cell,
                               const CellVector& normal, int32_t thickness) {
-  constexpr int32_t kPlaces = kernels::kPlanePlaces;
+  constexpr int32_t kPlaces = kernels::kPlaneOffsets;
   const CellVector middle = cell.middle();
   const int32_t unit = place_unit(cell.side);
   int32_t twice = kPlaces;  // the place in the middle between the planes

@@ -1,8 +1,8 @@
-// Codes the words of cells (docs/format.md, "Cells"): voxels, then parts of voxels, and so on, so that all
+// Codes the words of cells (docs/format.md, "Cells"): voxels, then children of voxels, and so on, so that all
 // larger cells are known and of the equally large ones those before. What is coded is how a cell differs from
 // what the cells around it let expect; contexts and predictions are in cell_neighbours.hpp and
-// cell_prediction.hpp. The proven sides follow from the planes (sides.hpp), so they are coded only if a file
-// says less.
+// cell_prediction.hpp. The proven sides follow from the planes (cell_sides.hpp), so they are coded only if a
+// file says less.
 //
 // There is one function for each element, in the order of docs/format.md, for both directions: it is given
 // the value to encode, which a decoder does not look at, and returns the value that is in the file.
@@ -15,7 +15,7 @@
 
 #include "formats/base/range_coder.hpp"
 #include "formats/nif/planes/cell_prediction.hpp"
-#include "formats/nif/planes/check.hpp"
+#include "formats/nif/planes/check_planes.hpp"
 
 namespace nif::format {
 
@@ -60,7 +60,7 @@ class CellCoder {
       if (i >= cells_.named()) return false;  // a part of no cell
       const uint32_t word = truth == nullptr           ? kernels::kBareCell
                             : i < grid_.surface_voxels ? truth->voxel_records[i]
-                                                       : truth->parts[i - grid_.surface_voxels];
+                                                       : truth->children[i - grid_.surface_voxels];
       if (!code_cell(i, word)) return false;
     }
     return cells_.named() == cells_.count();
@@ -118,19 +118,19 @@ class CellCoder {
 
   /// `word` has the kind, and receives the rest. Returns false if that is out of range.
   bool code_planes(const CellCube& cell, const Neighbours& neighbours, uint32_t truth, uint32_t& word) {
-    constexpr int32_t kHalf = kernels::kNormalHalf, kPlaces = kernels::kPlanePlaces;
+    constexpr int32_t kHalf = kernels::kNormalHalf, kPlaces = kernels::kPlaneOffsets;
     const uint32_t kind = kernels::word_kind(word);
     const CellPrediction prediction = predict_planes(neighbours, cell);
     const int32_t thickness =
         code_thickness(cell, separates(kind), prediction,
-                       int32_t(kernels::upper_place(truth)) - int32_t(kernels::lower_place(truth)));
+                       int32_t(kernels::upper_offset(truth)) - int32_t(kernels::lower_offset(truth)));
     if (thickness > kPlaces) return false;
     int32_t u = int32_t(truth >> 4 & 63) - kHalf, v = int32_t(truth >> 10 & 63) - kHalf;
     if (!code_normal(prediction, thickness, u, v)) return false;
     const uint32_t u_bits = uint32_t(u + kHalf), v_bits = uint32_t(v + kHalf);
     const CellVector normal = FoundCell{kernels::make_planes(kind, u_bits, v_bits, 0, 1)}.normal();
     const int32_t lower = code_lower(predict_place(prediction, cell, normal, thickness), thickness,
-                                     int32_t(kernels::lower_place(truth)));
+                                     int32_t(kernels::lower_offset(truth)));
     if (lower < 0 || lower + thickness > kPlaces) return false;
     word = kernels::make_planes(kind, u_bits, v_bits, uint32_t(lower), uint32_t(lower + thickness));
     return true;

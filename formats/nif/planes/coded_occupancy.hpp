@@ -9,7 +9,7 @@
 #include <type_traits>
 
 #include "formats/base/range_coder.hpp"
-#include "kernels/reference/planes/walk.hpp"
+#include "kernels/reference/planes/grid_traversal.hpp"
 
 namespace nif::format {
 

@@ -1,4 +1,4 @@
-// Places voxels and parts, and finds what is known at a place. See known_cells.hpp.
+// Places voxels and children, and finds what is known at a place. See known_cells.hpp.
 #include "formats/nif/planes/known_cells.hpp"
 
 #include <algorithm>
@@ -21,7 +21,7 @@ CellVector FoundCell::normal() const {
 KnownCells::KnownCells(const kernels::PlanesField& grid, uint32_t* words) : grid_(grid), words_(words) {
   std::fill_n(words, count(), kUnknownWord);
   grid_.voxel_records = words;
-  grid_.parts = words + grid.surface_voxels;
+  grid_.children = words + grid.surface_voxels;
   cells_.reserve(count());
   const auto side = int16_t(1 << grid.levels);
   const uint16_t* entry = grid.brick_table;
@@ -58,7 +58,7 @@ FoundCell KnownCells::look(const CellVector& at, int32_t side) const {
     uint32_t part = 0;
     for (size_t a = 0; a < 3; ++a) part |= (at[a] & found.side) != 0 ? 1u << a : 0u;
     const bool exists = kernels::link_mask(found.word) >> part & 1;
-    found.word = exists ? grid_.parts[kernels::link_part(found.word, part)] : kernels::kEmptyPart;
+    found.word = exists ? grid_.children[kernels::link_child(found.word, part)] : kernels::kEmptyChild;
   }
   if (found.has_planes())  // others are not asked where they are
     for (size_t a = 0; a < 3; ++a) found.low[a] = at[a] & ~(found.side - 1);

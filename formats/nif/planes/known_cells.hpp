@@ -7,14 +7,14 @@
 #include <vector>
 
 #include "kernels/reference/planes/cells.hpp"
-#include "kernels/reference/planes/walk.hpp"
+#include "kernels/reference/planes/grid_traversal.hpp"
 
 namespace nif::format {
 
 /// A position, or a vector, in finest cells.
 using CellVector = std::array<int32_t, 3>;
 
-/// A voxel, or a part of one: a cube of finest cells.
+/// A voxel, or a child of one: a cube of finest cells.
 struct CellCube {
   std::array<int16_t, 3> low;
   int16_t side;
@@ -33,7 +33,7 @@ inline constexpr uint32_t kUnknownWord = kernels::make_empty(0) | 1u << 8;
 
 /// What is found at a place. If it is neither unknown, nor cut, nor has planes, it is *nothing*.
 struct FoundCell {
-  uint32_t word = kernels::kEmptyPart;
+  uint32_t word = kernels::kEmptyChild;
   CellVector low{};  ///< only if it has planes
   int32_t side = 0;
 
@@ -41,20 +41,21 @@ struct FoundCell {
   bool is_cut() const { return kernels::word_kind(word) == kernels::kLink; }
   bool has_planes() const { return kernels::word_kind(word) < kernels::kPlaneKinds; }
   bool is_bare() const { return (word & ~15u) == kernels::kBareCell; }
-  int32_t lower() const { return int32_t(kernels::lower_place(word)); }
-  int32_t upper() const { return int32_t(kernels::upper_place(word)); }
+  int32_t lower() const { return int32_t(kernels::lower_offset(word)); }
+  int32_t upper() const { return int32_t(kernels::upper_offset(word)); }
   CellVector normal() const;
 };
 
 class KnownCells {
  public:
-  /// Uses only the occupancy, the levels and the numbers of voxels and parts of `grid`, which must have been
-  /// checked to fit together. `words` has room for the words of all voxels, then parts; all become unknown.
+  /// Uses only the occupancy, the levels and the numbers of voxels and children of `grid`, which must have
+  /// been checked to fit together. `words` has room for the words of all voxels, then children; all become
+  /// unknown.
   KnownCells(const kernels::PlanesField& grid, uint32_t* words);
 
-  /// Of voxels and parts, known or not.
-  uint32_t count() const { return grid_.surface_voxels + grid_.part_count; }
-  /// How many cells have a place: all voxels, and the parts that links have named so far.
+  /// Of voxels and children, known or not.
+  uint32_t count() const { return grid_.surface_voxels + grid_.child_count; }
+  /// How many cells have a place: all voxels, and the children that links have named so far.
   uint32_t named() const { return uint32_t(cells_.size()); }
   const CellCube& operator[](uint32_t i) const { return cells_[i]; }
   /// 0 for a voxel, and one more for each cut.
@@ -64,7 +65,7 @@ class KnownCells {
   FoundCell look(const CellVector& at, int32_t side) const;
 
   void set_planes(uint32_t i, uint32_t word) { words_[i] = word; }
-  /// Makes cell i a link to the next parts. Returns false if there are none in the mask, or fewer left.
+  /// Makes cell i a link to the next children. Returns false if there are none in the mask, or fewer left.
   bool cut(uint32_t i, uint32_t mask);
 
  private:

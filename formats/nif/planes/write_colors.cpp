@@ -1,5 +1,5 @@
-// Writes the colours of surface voxels. The reader is in colors.cpp; they are separate because the runtime
-// only reads.
+// Writes the colours of surface voxels. The reader is in colors_section.cpp; they are separate because the
+// runtime only reads.
 #include "formats/nif/asset.hpp"
 
 namespace nif::format {

@@ -36,10 +36,10 @@ void use_copy(Network& network, SharedCopies& copies) {
 PackedField::PackedField(const SegmentField& field, const KernelOptions& options)
     : SegmentField(field),
       corners_by_brick(field, options.memory),
-      walk(field, options.memory, options.most_without_bricks),
+      grid(field, options.memory, options.most_without_bricks),
       reads_field(!corners_by_brick.complete) {
   use_copy(network, options.copies);
-  parts = walk.parts.data();
+  children = grid.children.data();
   voxel_base = nullptr;
   voxel_records = nullptr;
   if (reads_field) return;
@@ -59,7 +59,7 @@ uint16_t corner_pair(const PackedField& field, uint32_t x, uint32_t y, uint32_t 
 }
 
 uint32_t voxel_word(const PackedField& field, const int32_t voxel[3]) {
-  return field.walk.word_at({voxel[0], voxel[1], voxel[2]});
+  return field.grid.word_at({voxel[0], voxel[1], voxel[2]});
 }
 
 void interpolate_features(const PackedField& field, const SamplePoint& point, uint8_t* inputs) {

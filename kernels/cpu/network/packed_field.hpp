@@ -3,7 +3,7 @@
 
 #include "kernels/cpu/kernel_options.hpp"
 #include "kernels/packed/feature_grid.hpp"
-#include "kernels/packed/walk_grid.hpp"
+#include "kernels/packed/traversal_grid.hpp"
 #include "kernels/reference/network/samples.hpp"
 
 namespace nif::kernels::cpu {
@@ -14,10 +14,10 @@ struct PackedField : SegmentField {
   PackedField(const SegmentField& field, const KernelOptions& options);
 
   FeatureGrid corners_by_brick;
-  WalkGrid walk;
+  TraversalGrid grid;
   bool reads_field;  ///< if corners_by_brick is not complete
 
-  BuiltBytes built_bytes() const { return {walk.resident_bytes(), corners_by_brick.resident_bytes()}; }
+  BuiltBytes built_bytes() const { return {traversal.resident_bytes(), corners_by_brick.resident_bytes()}; }
 };
 
 /// Both features of a corner; 0 if it has none.

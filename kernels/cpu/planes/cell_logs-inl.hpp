@@ -167,7 +167,7 @@ struct IntervalLog : EndedRays {
   }
 };
 
-/// Keeps the rays that are blocked or left open. The range of a ray is that of the piece in which it became
+/// Keeps the rays that are blocked or left open. The range of a ray is that of the cube in which it became
 /// known that the ray is blocked.
 struct FirstHitCellLog : RangeLog {
   static constexpr bool kInOrder = true;

@@ -24,11 +24,11 @@ struct Slabs {
     const Words dw;
     const auto word = hn::BitCast(dw, from);
     const auto half_span = hn::MulAdd(size, hn::Set(d, static_cast<float>(kNormalHalf)), hn::Set(d, 1.0f));
-    const auto step = hn::Mul(half_span, hn::Set(d, 1.0f / (kPlanePlaces / 2)));
-    const auto lower_place = hn::BitCast(di, hn::And(hn::ShiftRight<16>(word), hn::Set(dw, 255)));
-    const auto upper_place = hn::BitCast(di, hn::ShiftRight<24>(word));
-    lower = hn::MulSub(hn::ConvertTo(d, lower_place), step, half_span);
-    upper = hn::MulSub(hn::ConvertTo(d, upper_place), step, hn::Sub(half_span, step));
+    const auto step = hn::Mul(half_span, hn::Set(d, 1.0f / (kPlaneOffsets / 2)));
+    const auto lower_offset = hn::BitCast(di, hn::And(hn::ShiftRight<16>(word), hn::Set(dw, 255)));
+    const auto upper_offset = hn::BitCast(di, hn::ShiftRight<24>(word));
+    lower = hn::MulSub(hn::ConvertTo(d, lower_offset), step, half_span);
+    upper = hn::MulSub(hn::ConvertTo(d, upper_offset), step, hn::Sub(half_span, step));
   }
 };
 

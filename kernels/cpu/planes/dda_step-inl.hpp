@@ -1,7 +1,7 @@
-// A step of the DDA traversal: where rays leave the pieces that they are in, and in which finest cells they
+// A step of the DDA traversal: where rays leave the cubes that they are in, and in which finest cells they
 // are then.
 //
-// A step goes to the end of the piece, or of the box around the voxel: to the crossing (t, axis) at which the
+// A step goes to the end of the cube, or of the box around the voxel: to the crossing (t, axis) at which the
 // segment leaves it. The crossings of the other axes then give the finest cell along each of them, counted in
 // the reference's order (t, then the lower axis). An estimate from below that is at most one cell too low is
 // corrected by one such comparison.
@@ -19,7 +19,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace nif::kernels::cpu::HWY_NAMESPACE {
 
-/// The far planes of pieces along an axis, moved to the ends of their boxes.
+/// The far planes of cubes along an axis, moved to the ends of their boxes.
 template <uint32_t kAxis>
 HWY_INLINE hn::Vec<Floats> extended(hn::Vec<Ints> reach, hn::Vec<Floats> plane, float voxel_size) {
   constexpr uint32_t kShift = 8 + 8 * kAxis;
@@ -29,13 +29,13 @@ HWY_INLINE hn::Vec<Floats> extended(hn::Vec<Ints> reach, hn::Vec<Floats> plane, 
   return hn::MulAdd(hn::ConvertTo(d, voxels), hn::Set(d, cells), plane);  // exact
 }
 
-/// The pieces that rays are in, and where they leave them.
+/// The cubes that rays are in, and where they leave them.
 struct Exits {
-  hn::Vec<Floats> low[3];   ///< the first finest cell of the piece
+  hn::Vec<Floats> low[3];   ///< the first finest cell of the cube
   hn::Vec<Floats> t[3];     ///< at which the ray crosses the far plane along each axis
   hn::Vec<Floats> nearest;  ///< the least of those
 
-  /// For pieces of the given size; boxes reach beyond voxels and bricks (LaneGrid::reach_of()).
+  /// For cubes of the given size; boxes reach beyond voxels and bricks (LaneGrid::reach_of()).
   HWY_INLINE Exits(const LaneRays& rays, hn::Vec<Floats> size, hn::Vec<Ints> reach, float voxel_size) {
     // Of a power of two.
     const auto inverse_size = floats(hn::Sub(hn::Set(Ints(), 0x7f000000), ints(size)));

@@ -32,11 +32,11 @@ HWY_INLINE uint32_t skip_empty_space(const LaneGrid& grid, LaneRays& rays, hn::M
     const Exits exits(rays, size, grid.reach_of(rays.word, rays.info), grid.voxel_size());
     const auto seen = hn::And(hn::ShiftRight<4 - kSeenShift>(rays.word), hn::Set(di, kSeenSides));
     rays.info = hn::Or(rays.info, bits_if(skips, seen));
-    const auto leaves_piece = hn::Lt(exits.nearest, rays.leave);
+    const auto leaves_cube = hn::Lt(exits.nearest, rays.leave);
     // A blocked ray continues, and ends where it is.
-    const auto blocked = hn::RebindMask(d, is_blocked(with_end<kInOrder>(rays.info, leaves_piece)));
-    lanes = hn::AndNot(hn::AndNot(hn::Or(leaves_piece, blocked), skips), lanes);
-    const auto moves = hn::AndNot(blocked, hn::And(leaves_piece, skips));
+    const auto blocked = hn::RebindMask(d, is_blocked(with_end<kInOrder>(rays.info, leaves_cube)));
+    lanes = hn::AndNot(hn::AndNot(hn::Or(leaves_cube, blocked), skips), lanes);
+    const auto moves = hn::AndNot(blocked, hn::And(leaves_cube, skips));
     const NextCells next(rays, exits.t, exits.nearest);
     for (uint32_t a = 0; a < 3; ++a) rays.cell[a] = hn::IfThenElse(moves, next.cell[a], rays.cell[a]);
     rays.now = hn::IfThenElse(moves, hn::Max(exits.nearest, rays.now), rays.now);

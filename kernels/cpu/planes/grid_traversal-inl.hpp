@@ -2,12 +2,12 @@
 //
 // - rays of a batch are set up (ray_setup-inl.hpp), skip empty space (empty_space-inl.hpp), and wait for a
 //   lane (ray_lanes-inl.hpp);
-// - then they go from piece to piece (dda_step-inl.hpp), which words of the grid describe
+// - then they go from cube to cube (dda_step-inl.hpp), which words of the grid describe
 //   (lane_grid-inl.hpp), past the planes of cells (cell_planes-inl.hpp);
 // - a log (traversal_log-inl.hpp) keeps what is left open.
 //
-// A step has phases: refill lanes whose ray is done, follow links down to the piece that holds the ray, pass
-// the piece, and move on to the word of the next voxel. All groups of lanes finish a phase before any group
+// A step has phases: refill lanes whose ray is done, follow links down to the cube that holds the ray, pass
+// the cube, and move on to the word of the next voxel. All groups of lanes finish a phase before any group
 // starts the next, so that the loads of one hide behind the arithmetic of another. Skips over empty voxels
 // and passages through cells use the same instructions, and nothing within a phase branches on what rays do,
 // because neither can be predicted. Only the first skips happen before rays get a lane.
@@ -41,7 +41,7 @@ constexpr uint32_t kIdleToRefill = kLanes > 8 ? kLanes / 8 : 1;
 template <TraversalLog Log>
 class GridTraversal {
  public:
-  GridTraversal(const PlanesField& field, const WalkGrid& grid, const SegmentBatch& batch,
+  GridTraversal(const PlanesField& field, const TraversalGrid& grid, const SegmentBatch& batch,
                 AnswerBatch& answers, RayTable& rays, Log& log, HardRays& hard)
       : field_(field),
         grid_(field, grid),
@@ -150,7 +150,7 @@ class GridTraversal {
     hn::Store(hn::IfThenElse(hn::RebindMask(d, links), part_size, hn::Load(d, size_ + at)), d, size_ + at);
   }
 
-  /// Passes one piece with every ray of a group: a cell, or a skip over empty voxels.
+  /// Passes one cube with every ray of a group: a cell, or a skip over empty voxels.
   HWY_INLINE void pass(uint32_t group, Progress& p) {
     const Floats d;
     const Ints di;
@@ -159,15 +159,15 @@ class GridTraversal {
     const LaneRays rays(rays_.slots, at);
     const auto active = mask_of(lanes.active);
     const auto size = grid_.sizes_of(rays.word, hn::Load(d, size_ + at));
-    hn::Store(hn::Set(d, grid_.voxel_size()), d, size_ + at);  // of the next piece
+    hn::Store(hn::Set(d, grid_.voxel_size()), d, size_ + at);  // of the next cube
     const auto empty = is_kind(rays.word, kEmptyVoxel);
     const auto is_empty = hn::RebindMask(d, empty);
 
     // A missing part has no box beyond itself.
     const auto reach = hn::IfThenElseZero(empty, grid_.reach_of(rays.word, rays.info));
     const Exits exits(rays, size, reach, grid_.voxel_size());
-    const auto leaves_piece = hn::Lt(exits.nearest, rays.leave);
-    const auto left = hn::Max(hn::IfThenElse(leaves_piece, exits.nearest, rays.leave), rays.now);
+    const auto leaves_cube = hn::Lt(exits.nearest, rays.leave);
+    const auto left = hn::Max(hn::IfThenElse(leaves_cube, exits.nearest, rays.leave), rays.now);
 
     const PassageHeights heights(rays, exits.low, size, left);
     const SlabSides sides(Slabs(rays.word, size), heights.enter, heights.leave);
@@ -176,7 +176,7 @@ class GridTraversal {
     const auto before_end =
         hn::Or(hn::Or(rays.info, hn::And(hn::ShiftLeft<kSeenShift>(seen), hn::Set(di, kSeenSides))),
                bits_if(open, hn::Set(di, int32_t(kHasOpenCell))));
-    const auto info = with_end<Log::kInOrder>(before_end, leaves_piece);
+    const auto info = with_end<Log::kInOrder>(before_end, leaves_cube);
     const auto blocked = hn::RebindMask(d, is_blocked(info));
     log_.pass({.rays = rays,
                .left = left,
@@ -185,10 +185,10 @@ class GridTraversal {
                .active = active,
                .empty = is_empty,
                .open = open,
-               .blocked_by_piece = hn::RebindMask(d, is_blocked(before_end)),
+               .blocked_by_cube = hn::RebindMask(d, is_blocked(before_end)),
                .blocked = blocked},
               at, p.logged);
-    const uint32_t goes_on = bits_of(hn::AndNot(blocked, leaves_piece)) & lanes.active;
+    const uint32_t goes_on = bits_of(hn::AndNot(blocked, leaves_cube)) & lanes.active;
 
     for (uint32_t a = 0; a < 3; ++a) hn::Store(exits.t[a], d, exit_[a] + at);
     hn::Store(hn::IfThenElse(active, exits.nearest, hn::Set(d, -kNever)), d, nearest_exit_ + at);
@@ -221,8 +221,8 @@ class GridTraversal {
   Log& log_;
   HardRays& hard_;
   // What a phase leaves to the next ones, by slot.
-  alignas(64) float size_[kSlots];          ///< of the piece that holds the ray, in finest cells
-  alignas(64) float exit_[3][kSlots];       ///< t at which the ray leaves its piece along each axis
+  alignas(64) float size_[kSlots];          ///< of the cube that holds the ray, in finest cells
+  alignas(64) float exit_[3][kSlots];       ///< t at which the ray leaves its cube along each axis
   alignas(64) float nearest_exit_[kSlots];  ///< the least of those
   uint32_t taken_ = 0;                      ///< rays of the batch so far
 };

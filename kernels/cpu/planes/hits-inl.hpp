@@ -1,6 +1,6 @@
 // First hits of objects that have planes: a SIMD traversal lists the open cells of each ray, and the network,
-// if there is one, tells for many rays at a time which cell has the hit. kernels/reference/planes/hit.hpp
-// defines the hits.
+// if there is one, tells for many rays at a time which cell has the hit.
+// kernels/reference/planes/planes_hit.hpp defines the hits.
 //
 // Compiled once for each target.
 #if defined(NIF_PLANES_HITS_INL) == defined(HWY_TARGET_TOGGLE)
@@ -12,7 +12,7 @@
 
 #include "kernels/cpu/planes/grid_traversal-inl.hpp"
 #include "kernels/reference/batch.hpp"
-#include "kernels/reference/planes/hit.hpp"
+#include "kernels/reference/planes/planes_hit.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace nif::kernels::cpu::HWY_NAMESPACE {
@@ -67,7 +67,7 @@ class HitPlacer {
     const uint32_t i = log_.ray(k), count = cells(k);
     const bool blocked = log_.blocked(k);
     const float first = (count != 0 ? log_.cells.enter[index(k, 0)] : log_.begin[k]) + 0.0f;
-    Hit hit = bounds_of(field_, segment_of(batch_, i), blocked ? Verdict::occluded : Verdict::ambiguous, true,
+    Hit hit = bounds_of(field_, segment_of(batch_, i), blocked ? Verdict::occluded : Verdict::open, true,
                         first, log_.end[k] + 0.0f);
     s_.first[k] = 0;
     s_.last[k] = count != 0 ? uint8_t(count - 1) : kNowhere;
@@ -134,7 +134,7 @@ class HitPlacer {
     const float size = log_.cells.size[c];
     const PartBetween between = part_between(
         log_.cells.enter[c], log_.cells.leave[c], log_.cells.enter_height[c], log_.cells.leave_height[c],
-        plane_height(lower_place(word), size), plane_height(upper_place(word), size));
+        plane_height(lower_offset(word), size), plane_height(upper_offset(word), size));
     OpenCell cell{};
     cell.begin = between.begin + 0.0f;
     cell.end = between.end + 0.0f;
@@ -156,8 +156,9 @@ class HitPlacer {
 /// Like ObjectKernel::intersect(). Field: as for follow_segment(). `network(questions, answers)` answers
 /// segments; `by_reference(ray)` is the hit of one ray.
 template <class Field, class Network, class ByReference>
-void hits_by_planes(const Field& field, const WalkGrid& grid, const SegmentBatch& batch, const float* limit,
-                    HitBatch& hits, HitScratch& s, const Network& network, const ByReference& by_reference) {
+void hits_by_planes(const Field& field, const TraversalGrid& grid, const SegmentBatch& batch,
+                    const float* limit, HitBatch& hits, HitScratch& s, const Network& network,
+                    const ByReference& by_reference) {
   if (batch.count <= kFewForTraversal) {
     for (uint32_t i = 0; i < batch.count; ++i) set_hit(hits, i, by_reference(i));
     return;

@@ -1,5 +1,5 @@
-// The words of a grid (kernels/packed/walk_words.hpp), read for one ray per lane: those of voxels or bricks,
-// and those of the parts that cells are cut into.
+// The words of a grid (kernels/packed/traversal_words.hpp), read for one ray per lane: those of voxels or
+// bricks, and those of the parts that cells are cut into.
 //
 // Compiled once for each target, so the include guard toggles.
 #if defined(NIF_PLANES_LANE_GRID_INL) == defined(HWY_TARGET_TOGGLE)
@@ -10,7 +10,7 @@
 #endif
 
 #include "kernels/cpu/planes/ray_lanes-inl.hpp"
-#include "kernels/packed/walk_grid.hpp"
+#include "kernels/packed/traversal_grid.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace nif::kernels::cpu::HWY_NAMESPACE {
@@ -22,12 +22,12 @@ HWY_INLINE hn::Mask<Ints> is_kind(hn::Vec<Ints> word, WordKind kind) {
 
 class LaneGrid {
  public:
-  LaneGrid(const PlanesField& field, const WalkGrid& grid)
+  LaneGrid(const PlanesField& field, const TraversalGrid& grid)
       : top_(reinterpret_cast<const int32_t*>(grid.top().data())),
         voxels_(reinterpret_cast<const int32_t*>(grid.voxels.data())),
-        parts_(reinterpret_cast<const int32_t*>(grid.parts.data())),
+        parts_(reinterpret_cast<const int32_t*>(grid.children.data())),
         levels_(field.levels),
-        link_levels_(grid.parts.empty() ? 0 : field.levels),
+        link_levels_(grid.children.empty() ? 0 : field.levels),
         brick_levels_(grid.brick_levels),
         voxel_size_(static_cast<float>(1u << field.levels)),
         brick_size_(static_cast<float>(1u << (field.levels + grid.brick_levels))),
@@ -96,10 +96,10 @@ class LaneGrid {
     const auto before = count_bits(hn::And(mask, hn::Sub(bit, hn::Set(di, 1))));
     const auto first = hn::BitCast(di, hn::ShiftRight<12>(hn::BitCast(Words(), from)));
     const auto index = hn::IfThenElseZero(there, hn::Add(first, before));
-    return hn::IfThenElse(there, hn::GatherIndex(di, parts_, index), hn::Set(di, int32_t(kEmptyPart)));
+    return hn::IfThenElse(there, hn::GatherIndex(di, parts_, index), hn::Set(di, int32_t(kEmptyChild)));
   }
 
-  /// Sizes of the pieces that words stand for: `size`, except for bricks.
+  /// Sizes of the cubes that words stand for: `size`, except for bricks.
   HWY_INLINE hn::Vec<Floats> sizes_of(hn::Vec<Ints> word, hn::Vec<Floats> size) const {
     if (!kWithBricks || brick_levels_ == 0) return size;
     const Ints di;

@@ -29,8 +29,8 @@ HWY_NOINLINE void prove_by_reference(const Field& field, const SegmentBatch& bat
 
 /// Like ObjectKernel::prove(). Field: as for follow_segment().
 template <class Field>
-void prove_rays(const Field& field, const WalkGrid& grid, const SegmentBatch& batch, AnswerBatch& answers,
-                OpenBatch& open, void* memory) {
+void prove_rays(const Field& field, const TraversalGrid& grid, const SegmentBatch& batch,
+                AnswerBatch& answers, OpenBatch& open, void* memory) {
   if (batch.count <= kFewForTraversal) {
     for (uint32_t i = 0; i < batch.count; ++i) prove_by_reference(field, batch, i, answers, open);
     return;
@@ -41,10 +41,11 @@ void prove_rays(const Field& field, const WalkGrid& grid, const SegmentBatch& ba
     for (uint32_t k = 0; k < s.log.count; ++k) {
       const uint32_t i = s.log.ray(k);
       const Segment segment = segment_of(batch, i);
-      WalkResult walk;
+      TraversalResult traversal;
       float reach;
-      to_grid_space(field, segment, walk, reach);
-      const OpenInterval part = widen(field, segment, walk, {s.log.begin[k] + 0.0f, s.log.end[k] + 0.0f});
+      to_grid_space(field, segment, traversal, reach);
+      const OpenInterval part =
+          widen(field, segment, traversal, {s.log.begin[k] + 0.0f, s.log.end[k] + 0.0f});
       open.begin[i] = part.begin;
       open.end[i] = part.end;
       answers.logit[i] = kOpenLogit;

@@ -14,7 +14,7 @@
 
 #include "kernels/cpu/lanes-inl.hpp"
 #include "kernels/reference/object_kernel.hpp"
-#include "kernels/reference/planes/walk.hpp"
+#include "kernels/reference/planes/grid_traversal.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace nif::kernels::cpu::HWY_NAMESPACE {
@@ -51,14 +51,14 @@ HWY_INLINE hn::Mask<Ints> is_blocked(hn::Vec<Ints> info) {
 }
 
 /// Adds what is known about the segment's end for rays that reach it, which are those that do not leave
-/// their piece.
+/// their cube.
 template <bool kInOrder>
-HWY_INLINE hn::Vec<Ints> with_end(hn::Vec<Ints> info, hn::Mask<Floats> leaves_piece) {
+HWY_INLINE hn::Vec<Ints> with_end(hn::Vec<Ints> info, hn::Mask<Floats> leaves_cube) {
   if constexpr (!kInOrder) return info;
   const Ints di;
   const auto outside = hn::IfThenElseZero(hn::TestBit(info, hn::Set(di, kEndsOutside)),
                                           hn::Set(di, int32_t(kSeenOutside) << kSeenShift));
-  return hn::Or(info, hn::IfThenZeroElse(hn::RebindMask(di, leaves_piece), outside));
+  return hn::Or(info, hn::IfThenZeroElse(hn::RebindMask(di, leaves_cube), outside));
 }
 
 /// A ray in traversal, word by word, in mirrored finest cells.

@@ -35,17 +35,17 @@ struct LogCounts {
   bool has_room() const { return cells <= kMaxOpenCells / 2; }
 };
 
-/// The passage of a group's rays through a piece each.
+/// The passage of a group's rays through a cube each.
 struct Passage {
   const LaneRays& rays;     ///< as they entered it
   hn::Vec<Floats> left;     ///< the t at which they leave it
-  hn::Vec<Floats> size;     ///< of the piece, in finest cells
-  PassageHeights heights;   ///< if the piece is a cell
+  hn::Vec<Floats> size;     ///< of the cube, in finest cells
+  PassageHeights heights;   ///< if the cube is a cell
   hn::Mask<Floats> active;  ///< lanes with a ray
-  hn::Mask<Floats> empty;   ///< pieces that are empty voxels
-  hn::Mask<Floats> open;    ///< pieces that are open cells
-  hn::Mask<Floats> blocked_by_piece;
-  hn::Mask<Floats> blocked;  ///< by the piece, or because the ray ends there
+  hn::Mask<Floats> empty;   ///< cubes that are empty voxels
+  hn::Mask<Floats> open;    ///< cubes that are open cells
+  hn::Mask<Floats> blocked_by_cube;
+  hn::Mask<Floats> blocked;  ///< by the cube, or because the ray ends there
 
   /// Rays without an open cell so far.
   HWY_INLINE hn::Mask<Floats> first_open() const {
@@ -53,11 +53,11 @@ struct Passage {
     const auto opened = hn::And(rays.info, hn::Set(di, int32_t(kHasOpenCell)));
     return hn::RebindMask(Floats(), hn::Eq(opened, hn::Zero(di)));
   }
-  // For blocked rays, and as WalkResult::last_enter and last_leave: the range of t in which that became
+  // For blocked rays, and as TraversalResult::last_enter and last_leave: the range of t in which that became
   // known.
-  HWY_INLINE hn::Vec<Floats> last_enter() const { return hn::IfThenElse(blocked_by_piece, rays.now, left); }
+  HWY_INLINE hn::Vec<Floats> last_enter() const { return hn::IfThenElse(blocked_by_cube, rays.now, left); }
   HWY_INLINE hn::Vec<Floats> last_leave() const {
-    return hn::IfThenElse(hn::And(blocked_by_piece, empty), rays.now, left);
+    return hn::IfThenElse(hn::And(blocked_by_cube, empty), rays.now, left);
   }
 };
 
@@ -66,7 +66,7 @@ struct Passage {
 /// - kInOrder: follow rays until they meet something, as follow_segment<true>() does. If false, a ray ends as
 ///   soon as it is known that it is blocked, maybe by its end outside of the grid;
 /// - start(setup, first): the rays of the batch from `first` on have been set up;
-/// - pass(passage, at, counts): the group at slot `at` has passed a piece each;
+/// - pass(passage, at, counts): the group at slot `at` has passed a cube each;
 /// - finish(together, info, at, counts): rays of the group at slot `at` are done. `together` moves them to the
 ///   front, and the caller counts them. Rays that met no open cell and are not blocked are left out;
 /// - collect(counts, answers, hard): the traversal pauses or ends. Answers the rays that the log does not

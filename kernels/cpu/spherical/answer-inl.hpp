@@ -1,9 +1,9 @@
 // Answers a `spherical` field, for each instruction set that includes this. The runtime's kernel and the one
 // that times its stages share it.
 //
-// Each lane computes what kernels/reference/spherical/query.hpp defines, in its order and without fused
-// multiply-add, so that the bits agree: sums add a layer's inputs one after the other, for many neurons at a
-// time.
+// Each lane computes what kernels/reference/spherical/spherical_query.hpp defines, in its order and without
+// fused multiply-add, so that the bits agree: sums add a layer's inputs one after the other, for many neurons
+// at a time.
 //
 // Compiled once for each target, so the include guard toggles.
 #if defined(NIF_SPHERICAL_ANSWER_INL) == defined(HWY_TARGET_TOGGLE)
@@ -14,9 +14,9 @@
 #endif
 
 #include "kernels/cpu/lanes-inl.hpp"
-#include "kernels/cpu/spherical/stages.hpp"
+#include "kernels/cpu/spherical/stage_times.hpp"
 #include "kernels/reference/object_kernel.hpp"
-#include "kernels/reference/spherical/query.hpp"
+#include "kernels/reference/spherical/spherical_query.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace nif::kernels::cpu::HWY_NAMESPACE {

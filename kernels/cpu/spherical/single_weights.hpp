@@ -4,8 +4,8 @@
 #include <bit>
 
 #include "kernels/cpu/shared_copies.hpp"
-#include "kernels/reference/spherical/field.hpp"
-#include "kernels/reference/spherical/query.hpp"
+#include "kernels/reference/spherical/spherical_field.hpp"
+#include "kernels/reference/spherical/spherical_query.hpp"
 
 namespace nif::kernels::cpu {
 

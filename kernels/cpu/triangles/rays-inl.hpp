@@ -21,7 +21,7 @@
 #include "kernels/cpu/lanes-inl.hpp"
 #include "kernels/cpu/triangles/tree.hpp"
 #include "kernels/reference/batch.hpp"
-#include "kernels/reference/triangles/hit.hpp"
+#include "kernels/reference/triangles/triangles_hit.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace nif::kernels::cpu::HWY_NAMESPACE {

@@ -1,7 +1,7 @@
 // A `bvh` object as the SIMD kernel keeps it: the field, the boxes of its root, and how far frames reach.
 #pragma once
 
-#include "kernels/reference/triangles/field.hpp"
+#include "kernels/reference/triangles/triangles_field.hpp"
 
 namespace nif::kernels::cpu {
 

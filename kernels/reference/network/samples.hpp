@@ -1,8 +1,8 @@
 // Turns a traversed segment into the network's integer inputs: sample points, interpolation weights, inputs.
 #pragma once
 
-#include "kernels/reference/network/field.hpp"
-#include "kernels/reference/planes/walk.hpp"
+#include "kernels/reference/network/network_field.hpp"
+#include "kernels/reference/planes/grid_traversal.hpp"
 
 namespace nif::kernels {
 
@@ -36,58 +36,58 @@ struct Placement {
 };
 
 /// Is the segment presented starting from its end?
-NIF_HOST_DEVICE inline bool presented_reversed(const WalkResult& walk) {
-  const float* d = walk.direction;
+NIF_HOST_DEVICE inline bool presented_reversed(const TraversalResult& traversal) {
+  const float* d = traversal.direction;
   return d[2] < 0 || (d[2] == 0 && (d[1] < 0 || (d[1] == 0 && d[0] < 0)));
 }
 
 /// Height of a point of an interval between the planes there; 0 for an interval without length.
-NIF_HOST_DEVICE inline uint8_t height_at(const Run& run, float t) {
-  const float from = static_cast<float>(begin_height(run.heights)),
-              to = static_cast<float>(end_height(run.heights));
-  const float share = (t - run.begin) / (run.end - run.begin);
+NIF_HOST_DEVICE inline uint8_t height_at(const Interval& interval, float t) {
+  const float from = static_cast<float>(begin_height(interval.heights)),
+              to = static_cast<float>(end_height(interval.heights));
+  const float share = (t - interval.begin) / (interval.end - interval.begin);
   return uint8_t(to_index(from + (to - from) * share + 0.5f, kTopHeight));
 }
 
 /// Spreads K points evenly by arc length over consecutive intervals.
 struct PointSpread {
-  uint32_t count;       ///< K
-  float spacing;        ///< arc length between points
-  bool reversed;        ///< points are numbered from the segment's end
-  float run_start = 0;  ///< arc length at the start of the current interval
+  uint32_t count;            ///< K
+  float spacing;             ///< arc length between points
+  bool reversed;             ///< points are numbered from the segment's end
+  float interval_start = 0;  ///< arc length at the start of the current interval
   uint32_t placed = 0;
 
   /// Calls put(number, t, height) for each point in the interval.
   template <class Put>
-  NIF_HOST_DEVICE void place(const Run& run, bool last, const Put& put) {
+  NIF_HOST_DEVICE void place(const Interval& interval, bool last, const Put& put) {
     for (; placed < count; ++placed) {
       const float s = (static_cast<float>(placed) + 0.5f) * spacing;
-      if (!last && s > run_start + (run.end - run.begin)) {
-        run_start += run.end - run.begin;
+      if (!last && s > interval_start + (interval.end - interval.begin)) {
+        interval_start += interval.end - interval.begin;
         return;
       }
-      const float t = min_of(run.begin + (s - run_start), run.end);
-      put(reversed ? count - 1 - placed : placed, t, height_at(run, t));
+      const float t = min_of(interval.begin + (s - interval_start), interval.end);
+      put(reversed ? count - 1 - placed : placed, t, height_at(interval, t));
     }
   }
 };
 
-/// Starts at the first interval of an ambiguous traversal.
-NIF_HOST_DEVICE inline PointSpread start_spread(uint32_t samples, const WalkResult& walk) {
-  return {samples, walk.open_t / static_cast<float>(samples), presented_reversed(walk)};
+/// Starts at the first interval of an open traversal.
+NIF_HOST_DEVICE inline PointSpread start_spread(uint32_t samples, const TraversalResult& traversal) {
+  return {samples, traversal.open_t / static_cast<float>(samples), presented_reversed(traversal)};
 }
 
-/// Places the sample points of an ambiguous traversal.
+/// Places the sample points of an open traversal.
 class SamplePlacer {
  public:
   /// The result of the traversal must outlive this; its intervals are not needed.
-  NIF_HOST_DEVICE SamplePlacer(const SegmentField& field, const WalkResult& walk)
-      : field_(field), walk_(walk), spread_(start_spread(field.samples, walk)) {}
+  NIF_HOST_DEVICE SamplePlacer(const SegmentField& field, const TraversalResult& traversal)
+      : field_(field), traversal_(traversal), spread_(start_spread(field.samples, traversal)) {}
 
   /// Calls put(number, t, height) for each point in the interval.
   template <class Put>
-  NIF_HOST_DEVICE void place(const Run& run, bool last, const Put& put) {
-    spread_.place(run, last, put);
+  NIF_HOST_DEVICE void place(const Interval& interval, bool last, const Put& put) {
+    spread_.place(interval, last, put);
   }
 
   NIF_HOST_DEVICE SamplePoint point_at(float t, uint8_t height) const {
@@ -95,7 +95,7 @@ class SamplePlacer {
     point.height = height;
     NIF_UNROLL
     for (int a = 0; a < 3; ++a) {
-      const float at = (walk_.origin[a] + t * walk_.direction[a]) * field_.voxels_per_cell;
+      const float at = (traversal_.origin[a] + t * traversal_.direction[a]) * field_.voxels_per_cell;
       const int32_t voxel = to_index(at, int32_t(field_.voxels[a]) - 1);
       point.voxel[a] = uint16_t(voxel);
       const float scaled = (at - static_cast<float>(voxel)) * static_cast<float>(kFractionOne) + 0.5f;
@@ -106,44 +106,47 @@ class SamplePlacer {
 
   /// Calls put(number, point) for each point in the interval.
   template <class Put>
-  NIF_HOST_DEVICE void add(const Run& run, bool last, const Put& put) {
-    place(run, last, [&](uint32_t number, float t, uint8_t height) { put(number, point_at(t, height)); });
+  NIF_HOST_DEVICE void add(const Interval& interval, bool last, const Put& put) {
+    place(interval, last,
+          [&](uint32_t number, float t, uint8_t height) { put(number, point_at(t, height)); });
   }
 
   /// The same, into a placement.
-  NIF_HOST_DEVICE void add(const Run& run, bool last, Placement& placement) {
-    add(run, last, [&](uint32_t number, const SamplePoint& point) { placement.points[number] = point; });
+  NIF_HOST_DEVICE void add(const Interval& interval, bool last, Placement& placement) {
+    add(interval, last, [&](uint32_t number, const SamplePoint& point) { placement.points[number] = point; });
   }
 
  private:
   const SegmentField& field_;
-  const WalkResult& walk_;
+  const TraversalResult& traversal_;
   PointSpread spread_;
 };
 
-/// The global inputs [kGlobalInputs] of an ambiguous traversal.
-NIF_HOST_DEVICE inline void place_globals(const SegmentField& field, const WalkResult& walk,
+/// The global inputs [kGlobalInputs] of an open traversal.
+NIF_HOST_DEVICE inline void place_globals(const SegmentField& field, const TraversalResult& traversal,
                                           uint8_t* globals) {
-  const float* d = walk.direction;
-  const bool reversed = presented_reversed(walk);
+  const float* d = traversal.direction;
+  const bool reversed = presented_reversed(traversal);
   const float length = square_root(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
   for (int a = 0; a < 3; ++a) {
     const float unit = d[a] / length;
     globals[a] = uint8_t(to_index(64.0f + 63.5f * (reversed ? -unit : unit), 127));
   }
-  globals[kInputLength] = uint8_t(to_index(walk.open_t * length * field.length_scale + 0.5f, 127));
-  globals[kInputSawOutside] = walk.saw_outside ? 127 : 0;
-  globals[kInputSawInside] = walk.saw_inside ? 127 : 0;
-  const bool starts = reversed ? walk.ends_open : walk.starts_open;
-  const bool ends = reversed ? walk.starts_open : walk.ends_open;
+  globals[kInputLength] = uint8_t(to_index(traversal.open_t * length * field.length_scale + 0.5f, 127));
+  globals[kInputSawOutside] = traversal.saw_outside ? 127 : 0;
+  globals[kInputSawInside] = traversal.saw_inside ? 127 : 0;
+  const bool starts = reversed ? traversal.ends_open : traversal.starts_open;
+  const bool ends = reversed ? traversal.starts_open : traversal.ends_open;
   globals[kInputStarts] = starts ? 127 : 0;
   globals[kInputEnds] = ends ? 127 : 0;
 }
 
-NIF_HOST_DEVICE inline void place_samples(const SegmentField& field, const Walk& walk, Placement& placement) {
-  SamplePlacer placer(field, walk);
-  for (uint32_t r = 0; r < walk.run_count; ++r) placer.add(walk.runs[r], r + 1 == walk.run_count, placement);
-  place_globals(field, walk, placement.globals);
+NIF_HOST_DEVICE inline void place_samples(const SegmentField& field, const FullTraversal& traversal,
+                                          Placement& placement) {
+  SamplePlacer placer(field, traversal);
+  for (uint32_t r = 0; r < traversal.interval_count; ++r)
+    placer.add(traversal.intervals[r], r + 1 == traversal.interval_count, placement);
+  place_globals(field, traversal, placement.globals);
 }
 
 inline constexpr uint32_t kNoCorner = 0xffffffffu;

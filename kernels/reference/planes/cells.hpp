@@ -1,16 +1,16 @@
-// What is known inside a surface voxel: 32 bits that hold two planes, or a link to the parts that the voxel
-// is cut into.
+// What is known inside a surface voxel: 32 bits that hold two planes, or a link to the children that the
+// voxel is cut into.
 //
 // All triangles that come within kSurfacePadding of a cell lie between its two planes there. The region above
 // the upper plane is convex and touched by no triangle, and so is the region below the lower one: each side
 // may be proven outside or inside, like a voxel's state. A wall separates both: whatever passes from above to
 // below within the padded cell meets a triangle.
 //
-// Like walk.hpp, this header defines the answer, in the same arithmetic.
+// Like grid_traversal.hpp, this header defines the answer, in the same arithmetic.
 #pragma once
 
 #include "kernels/reference/arithmetic.hpp"
-#include "kernels/reference/planes/field.hpp"
+#include "kernels/reference/planes/planes_field.hpp"
 
 namespace nif::kernels {
 
@@ -53,20 +53,20 @@ constexpr uint32_t kind_of(CellKind known) {
 inline constexpr int32_t kNormalSum = 62, kNormalHalf = kNormalSum / 2;
 
 /// A height is a point's position along the normal, measured from the middle of its cell: one finest cell is
-/// at most kNormalSum units. The planes of a cell of `size` finest cells stand at plane_height(place, size),
-/// with place 0 to kPlanePlaces. Every point of a padded cell lies below the last and above the first.
-inline constexpr uint32_t kPlanePlaces = 256;
+/// at most kNormalSum units. The planes of a cell of `size` finest cells stand at plane_height(offset, size),
+/// with offset 0 to kPlaneOffsets. Every point of a padded cell lies below the last and above the first.
+inline constexpr uint32_t kPlaneOffsets = 256;
 NIF_HOST_DEVICE constexpr float plane_step(float size) {
-  return (static_cast<float>(kNormalHalf) * size + 1) * (1.0f / (kPlanePlaces / 2));
+  return (static_cast<float>(kNormalHalf) * size + 1) * (1.0f / (kPlaneOffsets / 2));
 }
-NIF_HOST_DEVICE constexpr float plane_height(uint32_t place, float size) {
-  return (static_cast<float>(place) - static_cast<float>(kPlanePlaces / 2)) * plane_step(size);
+NIF_HOST_DEVICE constexpr float plane_height(uint32_t offset, float size) {
+  return (static_cast<float>(offset) - static_cast<float>(kPlaneOffsets / 2)) * plane_step(size);
 }
 /// Distance kept between planes and triangles, in units of height: more than the error of a computed height
 /// (docs/encodings/segment.md).
 inline constexpr double kHeightMargin = 0.5;
 
-/// Packs planes; u and v are 0..kNormalSum, `lower` 0..255, `upper` 1..256 (places).
+/// Packs planes; u and v are 0..kNormalSum, `lower` 0..255, `upper` 1..256 (offsets).
 constexpr uint32_t make_planes(uint32_t kind, uint32_t u, uint32_t v, uint32_t lower, uint32_t upper) {
   return kind | u << 4 | v << 10 | lower << 16 | (upper - 1) << 24;
 }
@@ -75,21 +75,21 @@ constexpr uint32_t make_link(uint32_t mask, uint32_t first) { return kLink | mas
 NIF_HOST_DEVICE constexpr uint32_t make_empty(uint32_t side) { return kEmptyVoxel | side << 4; }
 
 /// Planes that prove nothing: they leave every segment open.
-inline constexpr uint32_t kBareCell = make_planes(0, kNormalHalf, kNormalHalf, 0, kPlanePlaces);
+inline constexpr uint32_t kBareCell = make_planes(0, kNormalHalf, kNormalHalf, 0, kPlaneOffsets);
 
 NIF_HOST_DEVICE constexpr uint32_t word_kind(uint32_t word) { return word & 15; }
 /// SeenBits of a voxel without surface.
 NIF_HOST_DEVICE constexpr uint32_t empty_side(uint32_t word) { return word >> 4 & 3; }
-/// Part c of a cell (bit 0: the upper half along x, bit 1: y, bit 2: z) exists if bit c is set. No triangle
-/// touches a missing part.
+/// Child c of a cell (bit 0: the upper half along x, bit 1: y, bit 2: z) exists if bit c is set. No triangle
+/// touches a missing child.
 NIF_HOST_DEVICE constexpr uint32_t link_mask(uint32_t word) { return word >> 4 & 255; }
-/// Index of the first existing part; the others follow.
+/// Index of the first existing child; the others follow.
 NIF_HOST_DEVICE constexpr uint32_t link_first(uint32_t word) { return word >> 12; }
-NIF_HOST_DEVICE constexpr uint32_t link_part(uint32_t word, uint32_t part) {
-  return link_first(word) + count_bits(link_mask(word) & ((1u << part) - 1));
+NIF_HOST_DEVICE constexpr uint32_t link_child(uint32_t word, uint32_t child) {
+  return link_first(word) + count_bits(link_mask(word) & ((1u << child) - 1));
 }
-NIF_HOST_DEVICE constexpr uint32_t lower_place(uint32_t word) { return word >> 16 & 255; }
-NIF_HOST_DEVICE constexpr uint32_t upper_place(uint32_t word) { return (word >> 24) + 1; }
+NIF_HOST_DEVICE constexpr uint32_t lower_offset(uint32_t word) { return word >> 16 & 255; }
+NIF_HOST_DEVICE constexpr uint32_t upper_offset(uint32_t word) { return (word >> 24) + 1; }
 
 struct CellNormal {
   int32_t x, y, z;
@@ -168,9 +168,9 @@ NIF_HOST_DEVICE inline CellPassage pass_cell(uint32_t word, const float (&middle
   const float enter_height = enters[0] + enters[1] + enters[2],
               leave_height = leaves[0] + leaves[1] + leaves[2];
   const float step = plane_step(size);
-  const float half = static_cast<float>(kPlanePlaces / 2);
-  const float lower = (static_cast<float>(lower_place(word)) - half) * step,
-              upper = (static_cast<float>(upper_place(word)) - half) * step;
+  const float half = static_cast<float>(kPlaneOffsets / 2);
+  const float lower = (static_cast<float>(lower_offset(word)) - half) * step,
+              upper = (static_cast<float>(upper_offset(word)) - half) * step;
   const bool enters_above = enter_height > upper, enters_below = enter_height < lower;
   const bool leaves_above = leave_height > upper, leaves_below = leave_height < lower;
   const uint32_t kind = word_kind(word);

@@ -1,7 +1,7 @@
 // Where a traversal leaves a segment open, and what proofs alone answer about it.
 #pragma once
 
-#include "kernels/reference/planes/walk.hpp"
+#include "kernels/reference/planes/grid_traversal.hpp"
 
 namespace nif::kernels {
 
@@ -39,11 +39,11 @@ NIF_HOST_DEVICE inline OpenInterval all_of(const Segment& segment) { return {seg
 /// The part of a segment in which a caller's own triangles can decide what a traversal left open: `open`,
 /// longer by a voxel at each end, but within the segment. The whole segment if rounding could exceed that.
 NIF_HOST_DEVICE inline OpenInterval widen(const PlanesField& field, const Segment& segment,
-                                          const WalkResult& walk, const OpenInterval& open) {
+                                          const TraversalResult& traversal, const OpenInterval& open) {
   if (!is_culled(field, segment)) return all_of(segment);
   float steepest = 0;
   NIF_UNROLL
-  for (int a = 0; a < 3; ++a) steepest = max_of(magnitude(walk.direction[a]), steepest);
+  for (int a = 0; a < 3; ++a) steepest = max_of(magnitude(traversal.direction[a]), steepest);
   const float voxel = static_cast<float>(1u << field.levels) / steepest;
   return {max_of(open.begin - voxel, segment.tmin), min_of(open.end + voxel, segment.tmax)};
 }
@@ -51,22 +51,22 @@ NIF_HOST_DEVICE inline OpenInterval widen(const PlanesField& field, const Segmen
 /// The outcome of a traversal: its answer if that is proven; else an answer that is not certain, and in
 /// `open` the part of the segment that must still be tested. `open` comes from the traversal's intervals.
 NIF_HOST_DEVICE inline Answer answer_of(const PlanesField& field, const Segment& segment,
-                                        const WalkResult& walk, OpenInterval& open) {
-  if (walk.verdict == Verdict::ambiguous) {
-    open = widen(field, segment, walk, open);
+                                        const TraversalResult& traversal, OpenInterval& open) {
+  if (traversal.verdict == Verdict::open) {
+    open = widen(field, segment, traversal, open);
     return {false, false, kOpenLogit};
   }
   open = all_of(segment);
-  const bool visible = walk.verdict == Verdict::visible;
-  return {visible, walk.certain, visible ? kCertainLogit : -kCertainLogit};
+  const bool visible = traversal.verdict == Verdict::visible;
+  return {visible, traversal.certain, visible ? kCertainLogit : -kCertainLogit};
 }
 
 /// `open` is defined only if the answer is not certain. Field: as for follow_segment().
 template <class Field>
 Answer prove(const Field& field, const Segment& segment, OpenInterval& open) {
-  WalkResult walk;
-  follow_segment(field, segment, walk, KeepOpen{open}, NoVisit());
-  return answer_of(field, segment, walk, open);
+  TraversalResult traversal;
+  follow_segment(field, segment, traversal, KeepOpen{open}, NoVisit());
+  return answer_of(field, segment, traversal, open);
 }
 
 }  // namespace nif::kernels

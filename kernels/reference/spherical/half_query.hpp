@@ -10,7 +10,7 @@
 // Here inputs are summed in order, rounded to nearest, and denormal halves are kept.
 #pragma once
 
-#include "kernels/reference/spherical/query.hpp"
+#include "kernels/reference/spherical/spherical_query.hpp"
 
 namespace nif::kernels {
 

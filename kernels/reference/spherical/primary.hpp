@@ -1,11 +1,11 @@
 // Answers a primary ray of one object with a network over the coordinates of `spherical`: hit or miss, where,
 // and the surface's normal there (docs/encodings/spherical.md).
 //
-// Single precision in the order written, as in kernels/reference/spherical/query.hpp: the same bits
+// Single precision in the order written, as in kernels/reference/spherical/spherical_query.hpp: the same bits
 // everywhere.
 #pragma once
 
-#include "kernels/reference/spherical/query.hpp"
+#include "kernels/reference/spherical/spherical_query.hpp"
 
 namespace nif::kernels {
 

@@ -8,7 +8,7 @@
 
 #include "kernels/reference/hit.hpp"
 #include "kernels/reference/ray.hpp"
-#include "kernels/reference/triangles/field.hpp"
+#include "kernels/reference/triangles/triangles_field.hpp"
 
 namespace nif::kernels {
 

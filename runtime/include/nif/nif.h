@@ -153,7 +153,7 @@ typedef struct NifDeviceCallbacks {
  * - isa=NAME: the CPU's instruction set: auto (default), scalar, sse4, avx2, avx512, neon or wasm.
  * - memory=NAME: auto (default), or least: smaller grid tables, but slower queries. CPU only.
  * - backend=NAME: cpu (default), gpu (a GPU of NVIDIA or AMD), cuda (NVIDIA only) or hip (AMD only).
- * - device=N: with a GPU, the card, as numbered by nifGetCardInfo (default: the backend's first).
+ * - device=N: which GPU, as numbered by nifGetGpuInfo (default: the backend's first).
  * - module=PATH: with a GPU, the file of the GPU module.
  * - pipeline=NAME: with a GPU, how it answers: auto (default), on or off. The answers are the same.
  * - precision=NAME: with a GPU, single (default), or half for networks of `spherical` objects.
@@ -170,7 +170,7 @@ typedef struct NifDeviceInfo {
   uint32_t reserved;
   const char* isa;     /* in use, e.g. "avx512" */
   const char* backend; /* "cpu", "cuda" or "hip" */
-  const char* card;    /* the GPU's name; "" for the CPU */
+  const char* gpu;     /* the GPU's name; "" for the CPU */
 } NifDeviceInfo;
 
 /* Allocates nothing. */
@@ -185,12 +185,12 @@ typedef struct NifBackendInfo {
 } NifBackendInfo;
 
 /* Lists the backends of this version: index = 0, 1, ... until NIF_ERROR_INVALID_ARGUMENT. For GPUs each call
- * loads the GPU module and the drivers and looks for cards. The reason names what is wrong: no module, no
- * driver, a driver that is too old, no card, or no code for the cards in the module. The text is valid until
+ * loads the GPU module and the drivers and looks for GPUs. The reason names what is wrong: no module, no
+ * driver, a driver that is too old, no GPU, or no code for the GPUs in the module. The text is valid until
  * the next call of this function on this thread. Needs no device. */
 NIF_API NifError nifGetBackendInfo(uint32_t index, NifBackendInfo* info);
 
-typedef struct NifCardInfo {
+typedef struct NifGpuInfo {
   uint64_t struct_size;
   const char* name;
   const char* target; /* the architecture that its code is compiled for, e.g. "gfx1100" or "sm_90" */
@@ -200,7 +200,7 @@ typedef struct NifCardInfo {
   uint32_t pci_domain;
   const char* reason;  /* one sentence on why it cannot be used; "" if it can */
   const char* backend; /* "cuda" or "hip" */
-  /* To find the card that a graphics API renders on. PCI address: for all graphics APIs on Linux. UUID: as
+  /* To find the GPU that a graphics API renders on. PCI address: for all graphics APIs on Linux. UUID: as
    * VkPhysicalDeviceIDProperties::deviceUUID; 0 if the driver does not report one. LUID: as in
    * DXGI_ADAPTER_DESC and deviceLUID; only Windows has one, so elsewhere has_luid is 0. */
   uint32_t pci_bus;
@@ -209,12 +209,12 @@ typedef struct NifCardInfo {
   uint8_t luid[8];
   uint32_t has_luid; /* 1: yes, 0: no */
   uint32_t reserved;
-} NifCardInfo;
+} NifGpuInfo;
 
-/* Lists the GPUs of backend=gpu: card = 0, 1, ... as in device=N, until NIF_ERROR_INVALID_ARGUMENT. If there
- * is no GPU, it returns NIF_ERROR_NOT_AVAILABLE. Each call looks for cards again. The texts are valid until
+/* Lists the GPUs of backend=gpu: gpu = 0, 1, ... as in device=N, until NIF_ERROR_INVALID_ARGUMENT. If there
+ * is no GPU, it returns NIF_ERROR_NOT_AVAILABLE. Each call looks for GPUs again. The texts are valid until
  * the next call of this function on this thread. Needs no device. */
-NIF_API NifError nifGetCardInfo(uint32_t card, NifCardInfo* info);
+NIF_API NifError nifGetGpuInfo(uint32_t gpu, NifGpuInfo* info);
 
 /* ---- Assets ------------------------------------------------------------------------------------------ */
 
@@ -438,7 +438,7 @@ NIF_API NifError nifGetInstanceInfo(NifScene scene, uint32_t instance, NifInstan
  * 5 ms for 10,000. After other changes it is refitted, unless that makes it much worse. Without changes the
  * call does nothing.
  *
- * On a GPU it also copies the scene and its new assets to the card, after the scene's own queries there have
+ * On a GPU it also copies the scene and its new assets to the GPU, after the scene's own queries there have
  * finished. If that fails (NIF_ERROR_OUT_OF_DEVICE_MEMORY, NIF_ERROR_DEVICE_LOST), the scene is committed for
  * the CPU, which then answers queries of host memory; another commit tries the GPU again. */
 NIF_API NifError nifCommitScene(NifScene scene);

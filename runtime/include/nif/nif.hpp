@@ -86,9 +86,9 @@ class Device : public Handle<NifDevice, nifRetainDevice, nifReleaseDevice> {
 };
 
 /// Describes a GPU, numbered as in device=N. The texts are valid until the next call on this thread.
-inline NifCardInfo card(uint32_t index) {
-  auto info = sized<NifCardInfo>();
-  check(nifGetCardInfo(index, &info));
+inline NifGpuInfo gpu(uint32_t index) {
+  auto info = sized<NifGpuInfo>();
+  check(nifGetGpuInfo(index, &info));
   return info;
 }
 

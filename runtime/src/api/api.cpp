@@ -123,8 +123,8 @@ NifError nifGetDeviceInfo(NifDevice device, NifDeviceInfo* info) {
     const Configuration& configuration = the_device.configuration;
     write_structure(info,
                     {0, configuration.threads, 0, name_of(configuration.kernels.isa),
-                     the_device.gpu ? the_device.gpu->card().backend : "cpu",
-                     the_device.gpu ? the_device.gpu->card().name : ""},
+                     the_device.gpu ? the_device.gpu->description().backend : "cpu",
+                     the_device.gpu ? the_device.gpu->description().name : ""},
                     "info");
   });
 }
@@ -138,10 +138,10 @@ NifError nifGetBackendInfo(uint32_t index, NifBackendInfo* info) {
   });
 }
 
-NifError nifGetCardInfo(uint32_t card, NifCardInfo* info) {
+NifError nifGetGpuInfo(uint32_t gpu, NifGpuInfo* info) {
   return guarded([&] {
     require_argument(info, "info");
-    write_structure(info, describe_card(card), "info");
+    write_structure(info, describe_gpu(gpu), "info");
   });
 }
 

@@ -13,7 +13,7 @@
 namespace nif::runtime {
 namespace {
 
-constexpr uint32_t kMaxThreads = 1024, kMaxCards = 1024;
+constexpr uint32_t kMaxThreads = 1024, kMaxGpus = 1024;
 constexpr std::initializer_list<const char*> kBackends = {"cpu", "gpu", "cuda", "hip"};
 
 uint32_t machine_threads() { return std::clamp(std::thread::hardware_concurrency(), 1u, kMaxThreads); }
@@ -94,7 +94,7 @@ Configuration parse_configuration(std::string_view text) {
     else if (key == "backend")
       configuration.backend = kBackends.begin()[parse_name(key, value, kBackends)];
     else if (key == "device")
-      configuration.card = parse_number(key, value, kMaxCards), for_gpu = true;
+      configuration.gpu_number = parse_number(key, value, kMaxGpus), for_gpu = true;
     else if (key == "module")
       configuration.module = value, for_gpu = for_gpu || !value.empty();
     else if (key == "pipeline")
@@ -113,7 +113,7 @@ void open_gpu(const Configuration& configuration, std::optional<Gpu>& gpu) {
   const std::string backend = configuration.backend;
   if (backend == "cpu") return;
   try {
-    gpu.emplace(configuration.module, backend, configuration.card, configuration.gpu);
+    gpu.emplace(configuration.module, backend, configuration.gpu_number, configuration.gpu);
   } catch (const Failure& failure) {
     throw Failure(failure.code(), "configuration: backend=" + backend + ": " + failure.what());
   }
@@ -130,8 +130,9 @@ NifDeviceObject* new_device(const char* configuration, const NifDeviceCallbacks*
   device->log(NIF_LOG_INFO, [&] {
     const std::string threads =
         std::to_string(settings.threads) + " threads, isa=" + name_of(settings.kernels.isa);
-    return device->gpu ? "device: " + std::string(device->gpu->card().name) + " (" +
-                             device->gpu->card().backend + ", " + device->gpu->card().target + "), " + threads
+    return device->gpu ? "device: " + std::string(device->gpu->description().name) + " (" +
+                             device->gpu->description().backend + ", " + device->gpu->description().target +
+                             "), " + threads
                        : "device: CPU, " + threads;
   });
   return device;

@@ -12,7 +12,7 @@
 #include "gpu/gpu.hpp"
 #include "nif/nif.h"
 #include "query/thread_pool.hpp"
-#include "query/work_areas.hpp"
+#include "query/work_area.hpp"
 #include "scene/kernel.hpp"
 
 namespace nif::runtime {
@@ -33,11 +33,11 @@ class CallbackMemory : public std::pmr::memory_resource {
 struct Configuration {
   uint32_t threads = 1;
   KernelChoice kernels;
-  uint32_t queries;              ///< most queries that have work memory at the same time
-  const char* backend = "cpu";   ///< cpu, gpu, cuda or hip
-  std::optional<uint32_t> card;  ///< for a GPU backend
-  GpuSettings gpu{};             ///< likewise
-  std::string_view module;       ///< its file, or ""; a view into the parsed text
+  uint32_t queries;                    ///< most queries that have work memory at the same time
+  const char* backend = "cpu";         ///< cpu, gpu, cuda or hip
+  std::optional<uint32_t> gpu_number;  ///< for a GPU backend
+  GpuSettings gpu{};                   ///< likewise
+  std::string_view module;             ///< its file, or ""; a view into the parsed text
 };
 
 /// Parses "key=value,key=value". Throws Failure.

@@ -42,7 +42,7 @@ inline constexpr uint64_t kFirstSize<NifDeviceInfo> = on_64_bits<NifDeviceInfo>(
 template <>
 inline constexpr uint64_t kFirstSize<NifBackendInfo> = on_64_bits<NifBackendInfo>(32);
 template <>
-inline constexpr uint64_t kFirstSize<NifCardInfo> = on_64_bits<NifCardInfo>(104);
+inline constexpr uint64_t kFirstSize<NifGpuInfo> = on_64_bits<NifGpuInfo>(104);
 template <>
 inline constexpr uint64_t kFirstSize<NifAssetInfo> = on_64_bits<NifAssetInfo>(80);
 template <>

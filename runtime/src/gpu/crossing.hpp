@@ -7,7 +7,7 @@
 
 #include "gpu/layout.hpp"
 #include "gpu/module.hpp"
-#include "kernels/gpu/encodings.hpp"
+#include "kernels/gpu/gpu_encodings.hpp"
 
 namespace nif::runtime {
 
@@ -21,10 +21,11 @@ constexpr uint64_t gpu_layout() {
   LayoutHash hash;
   hash.number(sizeof(GpuModule));
   hash.structure<GpuMessage>({&GpuMessage::text});
-  hash.structure<GpuCardPlace>({&GpuCardPlace::pci_domain, &GpuCardPlace::pci_bus, &GpuCardPlace::pci_device,
-                                &GpuCardPlace::has_luid, &GpuCardPlace::uuid, &GpuCardPlace::luid});
-  hash.structure<GpuCard>({&GpuCard::backend, &GpuCard::name, &GpuCard::target, &GpuCard::driver,
-                           &GpuCard::memory, &GpuCard::place, &GpuCard::trouble});
+  hash.structure<GpuLocation>({&GpuLocation::pci_domain, &GpuLocation::pci_bus, &GpuLocation::pci_device,
+                               &GpuLocation::has_luid, &GpuLocation::uuid, &GpuLocation::luid});
+  hash.structure<GpuDescription>({&GpuDescription::backend, &GpuDescription::name, &GpuDescription::target,
+                                  &GpuDescription::driver, &GpuDescription::memory, &GpuDescription::place,
+                                  &GpuDescription::trouble});
   hash.structure<GpuSettings>({&GpuSettings::way, &GpuSettings::half});
   hash.structure<GpuPlacedObject>({&GpuPlacedObject::asset, &GpuPlacedObject::object});
   hash.structure<GpuSceneView>({&GpuSceneView::nodes, &GpuSceneView::instances, &GpuSceneView::users,

@@ -38,22 +38,22 @@ Gpu::Gpu(std::string_view module, std::string_view backend, std::optional<uint32
   const auto check = [&](NifError code) {
     if (code != NIF_OK) throw Failure(code, message.text);
   };
-  const auto fits = [&] { return backend == "gpu" || backend == card_.backend; };
-  uint32_t card = number.value_or(0);
-  check(module_.describe_card(card, &card_, &message));
+  const auto fits = [&] { return backend == "gpu" || backend == description_.backend; };
+  uint32_t gpu = number.value_or(0);
+  check(module_.describe_gpu(gpu, &description_, &message));
   if (!number && !fits()) {
-    const uint32_t count = module_.count_cards(&message);
+    const uint32_t count = module_.count_gpus(&message);
     do {
-      if (++card >= count)
-        throw Failure(NIF_ERROR_NOT_AVAILABLE, "there is no card of " + std::string(backend));
-      check(module_.describe_card(card, &card_, &message));
+      if (++gpu >= count)
+        throw Failure(NIF_ERROR_NOT_AVAILABLE, "there is no GPU of " + std::string(backend));
+      check(module_.describe_gpu(gpu, &description_, &message));
     } while (!fits());
   }
   if (!fits())
-    throw Failure(NIF_ERROR_NOT_AVAILABLE, "card " + std::to_string(card) + " (" + card_.name +
-                                               ") is one of " + card_.backend + ", not of " +
+    throw Failure(NIF_ERROR_NOT_AVAILABLE, "GPU " + std::to_string(gpu) + " (" + description_.name +
+                                               ") is one of " + description_.backend + ", not of " +
                                                std::string(backend));
-  check(module_.open_device(card, &settings, &device_, &message));
+  check(module_.open_device(gpu, &settings, &device_, &message));
 }
 
 void Gpu::upload(NifAssetObject& asset) {
@@ -177,15 +177,15 @@ const char* why_no_gpu(std::string_view backend) {
   static thread_local GpuMessage why;
   try {
     const GpuModule& module = load_gpu_module("");
-    const uint32_t count = module.count_cards(&why);
+    const uint32_t count = module.count_gpus(&why);
     if (count == 0) return why.text;
-    set_text(why, "there is no card of " + std::string(backend));
-    GpuCard card;
+    set_text(why, "there is no GPU of " + std::string(backend));
+    GpuDescription gpu;
     GpuMessage message;
     for (uint32_t i = 0; i < count; ++i) {
-      const NifError code = module.describe_card(i, &card, &message);
-      if (code == NIF_OK && backend != card.backend) continue;
-      why = code == NIF_OK ? card.trouble : message;
+      const NifError code = module.describe_gpu(i, &gpu, &message);
+      if (code == NIF_OK && backend != gpu.backend) continue;
+      why = code == NIF_OK ? gpu.trouble : message;
       if (why.text[0] == 0) return "";
     }
   } catch (const std::exception& error) {
@@ -194,17 +194,17 @@ const char* why_no_gpu(std::string_view backend) {
   return why.text;
 }
 
-NifCardInfo describe_card(uint32_t card) {
-  static thread_local GpuCard about;
+NifGpuInfo describe_gpu(uint32_t gpu) {
+  static thread_local GpuDescription about;
   const GpuModule& module = load_gpu_module("");
   GpuMessage message;
-  const uint32_t count = module.count_cards(&message);
+  const uint32_t count = module.count_gpus(&message);
   if (count == 0) throw Failure(NIF_ERROR_NOT_AVAILABLE, message.text);
-  if (card >= count)
-    refuse_argument("there is no card " + std::to_string(card) + " of " + std::to_string(count));
-  if (const NifError code = module.describe_card(card, &about, &message); code != NIF_OK)
+  if (gpu >= count)
+    refuse_argument("there is no GPU " + std::to_string(gpu) + " of " + std::to_string(count));
+  if (const NifError code = module.describe_gpu(gpu, &about, &message); code != NIF_OK)
     throw Failure(code, message.text);
-  NifCardInfo info{};
+  NifGpuInfo info{};
   info.name = about.name;
   info.target = about.target;
   info.driver = about.driver;

@@ -23,16 +23,16 @@ struct Request;
 /// A GPU that a device uses.
 class Gpu {
  public:
-  /// `module`: its file, or "" for the usual places. `backend`: "gpu" for any, or "cuda" or "hip". No `card`:
+  /// `module`: its file, or "" for the usual places. `backend`: "gpu" for any, or "cuda" or "hip". No `GPU`:
   /// the backend's first. Throws Failure that says what is missing.
-  Gpu(std::string_view module, std::string_view backend, std::optional<uint32_t> card,
+  Gpu(std::string_view module, std::string_view backend, std::optional<uint32_t> gpu,
       const GpuSettings& settings);
   Gpu(const Gpu&) = delete;
   Gpu& operator=(const Gpu&) = delete;
   /// Everything on the GPU must have been freed.
   ~Gpu() { module_.close_device(device_); }
 
-  const GpuCard& card() const { return card_; }
+  const GpuDescription& description() const { return description_; }
   /// Has a call found that the GPU is lost? The CPU then answers what it can.
   bool lost() const { return lost_; }
 
@@ -63,16 +63,16 @@ class Gpu {
 
   const GpuModule& module_;
   GpuDevice* device_ = nullptr;
-  GpuCard card_{};
+  GpuDescription description_{};
   std::atomic<bool> lost_ = false;
   std::mutex uploads_;  ///< one asset at a time
 };
 
-/// Says in one sentence why no card of a backend ("cuda" or "hip") can be used; "" if one can. Each call
+/// Says in one sentence why no GPU of a backend ("cuda" or "hip") can be used; "" if one can. Each call
 /// looks again. The text is valid until the next call on this thread.
 const char* why_no_gpu(std::string_view backend);
 
-/// Throws Failure if there is no such card.
-NifCardInfo describe_card(uint32_t card);
+/// Throws Failure if there is no such GPU.
+NifGpuInfo describe_gpu(uint32_t gpu);
 
 }  // namespace nif::runtime

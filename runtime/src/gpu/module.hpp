@@ -9,8 +9,8 @@
 
 #include <cstdint>
 
-#include "kernels/reference/encodings.hpp"
 #include "kernels/reference/hit_details.hpp"
+#include "kernels/reference/reference_encodings.hpp"
 #include "kernels/reference/scene_field.hpp"
 #include "nif/nif.h"
 
@@ -26,21 +26,21 @@ struct GpuMessage {
   char text[1024];
 };
 
-/// Identifies a card among those of the machine; zeros if its driver does not report it.
-struct GpuCardPlace {
+/// Identifies a GPU among those of the machine; zeros if its driver does not report it.
+struct GpuLocation {
   uint32_t pci_domain, pci_bus, pci_device;
   uint32_t has_luid;
   uint8_t uuid[16], luid[8];
 };
 
-/// A card, usable or not.
-struct GpuCard {
+/// A GPU, usable or not.
+struct GpuDescription {
   char backend[8];  ///< "cuda" or "hip"
   char name[256];
   char target[64];  ///< what its code is compiled for, e.g. "gfx1100"
   char driver[64];
   uint64_t memory;  ///< bytes
-  GpuCardPlace place;
+  GpuLocation place;
   GpuMessage trouble;  ///< why it cannot be used; "" if it can
 };
 
@@ -77,7 +77,7 @@ struct GpuPlacedObject {
 
 struct GpuSceneView {
   const kernels::TopNode* nodes;
-  const kernels::PlacedInstance* instances;  ///< place is kNoPlace if no ray can meet the instance
+  const kernels::PlacedInstance* instances;  ///< place is kNoBox if no ray can meet the instance
   const uint64_t* users;                     ///< [as instances] the caller's values; null if all are 0
   const GpuPlacedObject* objects;
   uint64_t node_count, instance_count, object_count;
@@ -89,13 +89,12 @@ struct GpuModule {
   uint32_t version;  ///< kGpuModuleVersion
   uint64_t layout;   ///< kGpuLayout
 
-  /// Returns how many cards there are. If there are none, the message says what is missing.
-  uint32_t (*count_cards)(GpuMessage* why_none);
-  /// Requires card < count_cards().
-  NifError (*describe_card)(uint32_t card, GpuCard* about, GpuMessage* message);
+  /// Returns how many GPUs there are. If there are none, the message says what is missing.
+  uint32_t (*count_gpus)(GpuMessage* why_none);
+  /// Requires GPU < count_gpus().
+  NifError (*describe_gpu)(uint32_t gpu, GpuDescription* about, GpuMessage* message);
 
-  NifError (*open_device)(uint32_t card, const GpuSettings* settings, GpuDevice** device,
-                          GpuMessage* message);
+  NifError (*open_device)(uint32_t gpu, const GpuSettings* settings, GpuDevice** device, GpuMessage* message);
   /// Everything on the device must have been freed. Here and below, freeing null does nothing.
   void (*close_device)(GpuDevice* device);
 
@@ -123,7 +122,7 @@ struct GpuModule {
   NifError (*intersect)(GpuDevice* device, GpuScene* scene, const NifRays* rays, const NifHits* hits,
                         GpuMessage* message);
   /// Checks the arrays, and the scratch, of a query in host memory that the CPU answers: none may be memory of
-  /// a card alone. `open` and `hits` may be null.
+  /// a GPU alone. `open` and `hits` may be null.
   NifError (*check_host_query)(GpuDevice* device, const NifRays* rays, const NifAnswers* answers,
                                const NifOpenRays* open, const NifHits* hits, GpuMessage* message);
   /// Copies a query in host memory to the device, answers it once and then `rounds` times, and measures how

@@ -63,9 +63,9 @@ uint32_t advance(const NifSceneObject& scene, bool masked, WorkArea& area, uint3
     const uint32_t i = area.active[k];
     const auto ray = ray_of(i);
     uint32_t instance = next_instance(nodes, ray, area.cursors[i]);
-    while (masked && instance != kernels::kNoPlace && !(scene.instances[instance].mask & area.mask[i]))
+    while (masked && instance != kernels::kNoBox && !(scene.instances[instance].mask & area.mask[i]))
       instance = next_instance(nodes, ray, area.cursors[i]);
-    if (instance == kernels::kNoPlace) continue;
+    if (instance == kernels::kNoBox) continue;
     area.active[pairs] = uint16_t(i);
     area.pairs[0][pairs++] = {scene.instances[instance].object, instance, i};
   }

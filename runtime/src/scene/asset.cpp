@@ -131,11 +131,11 @@ class Parts {
     uint64_t kernels = asset.kernels.capacity() * sizeof(KernelPointer);
     for (const KernelPointer& kernel : asset.kernels) {
       if (!kernel) continue;
-      built.walk_words += kernel->built_bytes().walk_words;
+      built.traversal_words += kernel->built_bytes().traversal_words;
       built.corner_bricks += kernel->built_bytes().corner_bricks;
       kernels += kernel.get_deleter().bytes;
     }
-    add("walk_words", 0, built.walk_words);
+    add("traversal_words", 0, built.traversal_words);
     add("corner_bricks", 0, built.corner_bricks);
     add("views", 0, sizeof(NifAssetObject) + asset.name.capacity() + view.view_bytes() + kernels);
   }
@@ -200,7 +200,8 @@ NifObjectInfo describe_object(const NifAssetObject& asset, uint32_t object) {
   if (view.unsupported) return info;
   info.encoding = format::encoding_of(view).number;
   const kernels::BuiltBytes built = asset.kernels[object]->built_bytes();
-  info.resident_bytes = bytes_of(view) + sizeof(format::ObjectView) + built.walk_words + built.corner_bricks;
+  info.resident_bytes =
+      bytes_of(view) + sizeof(format::ObjectView) + built.traversal_words + built.corner_bricks;
   for (uint32_t kind = format::kSourceTriangles; kind <= format::kMostNumbers; ++kind)
     if (const auto* numbers = asset.view.numbers_of(object, format::NumbersKind(kind))) {
       info.resident_bytes += numbers->bytes;

@@ -34,7 +34,7 @@ class Builder {
     order_.reserve(boxes.size());
     for (uint32_t i = 0; i < boxes.size(); ++i)
       if (is_empty(boxes[i]))
-        places[i] = kNoPlace;
+        places[i] = kNoBox;
       else
         order_.push_back(i);
   }
@@ -43,7 +43,7 @@ class Builder {
     if (order_.empty()) return;
     nodes_.reserve(order_.size() / 2 + 1);
     WorldBox all;
-    build_node({0, uint32_t(order_.size())}, kNoPlace, 0, all);
+    build_node({0, uint32_t(order_.size())}, kNoBox, 0, all);
   }
 
  private:

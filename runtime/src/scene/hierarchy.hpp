@@ -14,7 +14,7 @@
 namespace nif::runtime {
 
 using Node = kernels::TopNode;
-using kernels::kNoPlace;
+using kernels::kNoBox;
 inline constexpr uint32_t kWidth = kernels::kTopWidth, kLeaf = kernels::kTopLeaf;
 /// Most nodes on a path from the root: a traversal keeps 4 bits for each in a 64-bit word.
 inline constexpr uint32_t kMaxLevels = 16;
@@ -24,7 +24,7 @@ class Hierarchy {
  public:
   explicit Hierarchy(std::pmr::memory_resource* memory) : nodes_(memory) {}
 
-  /// Rebuilds; the same boxes give the same nodes. places[i] receives the place of box i, or kNoPlace if it
+  /// Rebuilds; the same boxes give the same nodes. places[i] receives the place of box i, or kNoBox if it
   /// is empty.
   void build(std::span<const kernels::WorldBox> boxes, std::span<uint32_t> places);
 

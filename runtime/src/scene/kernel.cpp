@@ -3,10 +3,10 @@
 
 #include <stdexcept>
 
-#include "kernels/reference/encodings.hpp"
 #include "kernels/reference/kernel.hpp"
+#include "kernels/reference/reference_encodings.hpp"
 #ifdef NIF_HAS_SIMD
-#include "kernels/cpu/encodings.hpp"
+#include "kernels/cpu/cpu_encodings.hpp"
 #endif
 
 namespace nif::runtime {

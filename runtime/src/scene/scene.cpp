@@ -30,7 +30,7 @@ void keep_boxes_aside(NifSceneObject& scene, size_t more) {
   if (!scene.new_boxes.empty()) return make_room(scene.new_boxes, more);
   scene.new_boxes.reserve(scene.instances.size() + more);
   for (const Instance& instance : scene.instances)
-    scene.new_boxes.push_back(instance.place == kNoPlace ? empty_box() : scene.hierarchy.box(instance.place));
+    scene.new_boxes.push_back(instance.place == kNoBox ? empty_box() : scene.hierarchy.box(instance.place));
 }
 
 /// Prepares to add `count` instances of the asset: reserves room, so that nothing later can fail, and takes a
@@ -97,7 +97,7 @@ void put(NifSceneObject& scene, uint32_t number, uint32_t object, const Instance
   }
   scene.instances[number] = placed.instance;
   scene.instances[number].object = object & (kMaxPlacedObjects - 1);
-  scene.instances[number].place = kNoPlace;
+  scene.instances[number].place = kNoBox;
   scene.settings[number] = settings;
   scene.new_boxes[number] = placed.box;
   ++scene.live;
@@ -135,7 +135,7 @@ void set_box(NifSceneObject& scene, uint32_t instance, const kernels::WorldBox& 
   const uint32_t place = scene.instances[instance].place;
   if (!scene.new_boxes.empty())
     scene.new_boxes[instance] = box;
-  else if (place != kNoPlace)
+  else if (place != kNoBox)
     scene.hierarchy.set_box(place, box);
 }
 
@@ -143,7 +143,7 @@ void set_box(NifSceneObject& scene, uint32_t instance, const kernels::WorldBox& 
 void change(NifSceneObject& scene, uint32_t instance, const InstanceSettings& settings) {
   const Instance& before = scene.instances[instance];
   Placed placed = place(scene, *scene.objects[before.object].view, settings);
-  if (settings.awake() && before.place == kNoPlace) keep_boxes_aside(scene, 0);
+  if (settings.awake() && before.place == kNoBox) keep_boxes_aside(scene, 0);
   placed.instance.object = before.object;
   placed.instance.place = before.place;
   scene.instances[instance] = placed.instance;

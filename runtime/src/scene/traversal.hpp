@@ -42,7 +42,7 @@ inline uint32_t may_meet(const Node& node, const TraversalRay& ray) {
 
 inline Cursor start(const Node* nodes, const TraversalRay& ray) { return {may_meet(nodes[0], ray), 0}; }
 
-/// Returns the next instance whose box the ray may meet, or kNoPlace after the last.
+/// Returns the next instance whose box the ray may meet, or kNoBox after the last.
 inline uint32_t next_instance(const Node* nodes, const TraversalRay& ray, Cursor& cursor) {
   return kernels::next_instance(nodes, cursor, [&](const Node& node) { return may_meet(node, ray); });
 }

@@ -38,8 +38,8 @@ class Planes:
 
 
 class Cells:
-    """words     of voxels, then parts; None where one is not decoded yet
-    low, side    place and side of each word's cell, in finest cells; those of parts as links name them
+    """words     of voxels, then children; None where one is not decoded yet
+    low, side    place and side of each word's cell, in finest cells; those of children as links name them
     """
 
     def __init__(self, grid, occupancy, data):
@@ -47,7 +47,7 @@ class Cells:
         self.place = grid.place + ": cells"
         self.cells_per_unit = single(grid.voxels_per_unit * 2**grid.levels)
         size = 1 << grid.levels
-        self.count = grid.surface_voxels + grid.part_count
+        self.count = grid.surface_voxels + grid.child_count
         self.low = [tuple(c << grid.levels for c in at) for at in occupancy.surface]
         self.side = [size] * len(self.low)
         self.words = [None] * self.count
@@ -67,7 +67,7 @@ class Cells:
     def _read(self, data):
         for number, word in enumerate(struct.unpack(f"<{self.count}I", data)):
             place = f"{self.place}: word {number}"
-            require(number < len(self.low), place, "a part that no link names")
+            require(number < len(self.low), place, "a child that no link names")
             self.words[number] = word
             if word & 15 == CUT:
                 require(word >> 12 == self.parts_named(), place, "a link that does not begin where the one before ends")
@@ -92,22 +92,22 @@ class Cells:
 
     def name_parts(self, number, mask):
         place, half = f"{self.place}: word {number}", self.side[number] // 2
-        require(mask != 0, place, "a link to no part")
+        require(mask != 0, place, "a link to no child")
         require(half > 0, place, "cut more often than `levels`")
         for part in range(8):
             if mask >> part & 1:
                 self.low.append(tuple(c + half * (part >> a & 1) for a, c in enumerate(self.low[number])))
                 self.side.append(half)
-        require(len(self.low) <= self.count, place, "a link to more parts than there are")
+        require(len(self.low) <= self.count, place, "a link to more children than there are")
 
     def all_named(self):
-        require(len(self.low) == self.count, self.place, "parts that no link names")
+        require(len(self.low) == self.count, self.place, "children that no link names")
 
     def is_cut(self, number):
         return self.words[number] & 15 == CUT
 
     def part(self, number, k):
-        """The word of part k of a cut cell, or None."""
+        """The word of child k of a cut cell, or None."""
         mask = self.words[number] >> 4 & 255
         if not mask >> k & 1:
             return None
@@ -178,7 +178,7 @@ class _Decoding:
         cells = self.cells
         for number in range(cells.count):
             self.where = f"{cells.place}: word {number}"
-            self.refuse_unless(number < len(cells.low), "a part that no link names")
+            self.refuse_unless(number < len(cells.low), "a child that no link names")
             word = self.word(number)
             cells.words[number] = word
             if word & 15 == CUT:

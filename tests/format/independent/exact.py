@@ -5,7 +5,7 @@ docs/answers.md, "exact").
 from proof import proven
 from shell import require
 from single import single
-from walk import walk
+from traversal import traverse
 
 LIMIT = 2.0**41
 
@@ -22,7 +22,7 @@ class Exact:
         answer = self.tree.settled(o, d, tmin, tmax)
         if answer is not None:
             return answer
-        result = walk(self.cells, o, d, tmin, tmax)
+        result = traverse(self.cells, o, d, tmin, tmax)
         return proven(result) if result.certain else self.tree.answer(o, d, tmin, tmax)
 
     def hit(self, o, d, tmin, tmax):

@@ -14,10 +14,10 @@ CODED_OCCUPANCY, CODED_CELLS, CODED_KINDS = 1, 2, 4
 class Grid:
     """The members of a record that describe a grid, and the count of its bricks."""
 
-    def __init__(self, place, origin, voxels_per_unit, voxels, levels, mixed_bricks, surface_voxels, part_count, forms):
+    def __init__(self, place, origin, voxels_per_unit, voxels, levels, mixed_bricks, surface_voxels, child_count, forms):
         self.place = place
         self.origin, self.voxels_per_unit, self.voxels, self.levels = origin, voxels_per_unit, voxels, levels
-        self.mixed_bricks, self.surface_voxels, self.part_count, self.forms = mixed_bricks, surface_voxels, part_count, forms
+        self.mixed_bricks, self.surface_voxels, self.child_count, self.forms = mixed_bricks, surface_voxels, child_count, forms
         require(all(x - x == 0 for x in origin), place, "origin is not finite")
         require_range(levels, 0, 4, place, "levels")
         require(voxels_per_unit > 0, place, "voxels_per_unit is not above 0")
@@ -25,7 +25,7 @@ class Grid:
         for count in voxels:
             require_range(count, 1, min(256, 1024 >> levels), place, "voxels")
         require_range(mixed_bricks, 0, 65533, place, "mixed_bricks")
-        require_range(part_count, 0, 2**20, place, "part_count")
+        require_range(child_count, 0, 2**20, place, "child_count")
         require(not forms & CODED_KINDS or forms & CODED_CELLS, place, "forms: kinds are coded without the cells")
         self.bricks = tuple(count // 4 + 1 for count in voxels)
         self.brick_count = self.bricks[0] * self.bricks[1] * self.bricks[2]
@@ -44,7 +44,7 @@ class Grid:
         return x + self.voxels[0] * (y + self.voxels[1] * z)
 
     def cells_size(self):
-        return 4 * (self.surface_voxels + self.part_count)
+        return 4 * (self.surface_voxels + self.child_count)
 
     def occupancy_size(self):
         return self.mixed_bricks * 20 + 2 * self.brick_count

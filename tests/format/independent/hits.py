@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from single import largest, least, single
-from walk import NEVER, OCCLUDED, OPEN, VISIBLE, walk
+from traversal import NEVER, OCCLUDED, OPEN, VISIBLE, traverse
 
 NONE = 2**32 - 1
 
@@ -26,7 +26,7 @@ def none(certain):
 
 def hit_by_planes(cells, o, d, tmin, tmax, is_visible=None):
     """is_visible(tmax): the object's answer to the ray up to tmax, if it has a network."""
-    result = walk(cells, o, d, tmin, tmax, in_order=True)
+    result = traverse(cells, o, d, tmin, tmax, in_order=True)
     if result.verdict == VISIBLE:
         return none(result.certain)
     hit = Hit()

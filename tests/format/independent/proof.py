@@ -2,11 +2,11 @@
 
 from bvh import MAX
 from hits import hit_by_planes
-from walk import OPEN, VISIBLE, walk
+from traversal import OPEN, VISIBLE, traverse
 
 
 def proven(result):
-    """The answer of a walk that is not open."""
+    """The answer of a traversal that is not open."""
     visible = result.verdict == VISIBLE
     return (MAX if visible else -MAX), visible, result.certain
 
@@ -19,7 +19,7 @@ class Proof:
         self.box, self.scale = cells.box, cells.cells_per_unit
 
     def answer(self, o, d, tmin, tmax):
-        result = walk(self.cells, o, d, tmin, tmax)
+        result = traverse(self.cells, o, d, tmin, tmax)
         return (-1, False, False) if result.verdict == OPEN else proven(result)
 
     def hit(self, o, d, tmin, tmax):

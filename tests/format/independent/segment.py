@@ -13,7 +13,7 @@ from hits import hit_by_planes
 from proof import proven
 from shell import PAYLOAD, require, require_range, reserved
 from single import divide, index, least, single
-from walk import OPEN, walk
+from traversal import OPEN, traverse
 
 LAYOUT, MLP_LAYOUT = "4IfI2I" + 2 * PAYLOAD, "If12IiI" + PAYLOAD
 # Bits of `forms` of networks.
@@ -132,7 +132,7 @@ class Segment:
         self.total_scale = single(length_scale * self.voxels_per_cell)
 
     def answer(self, o, d, tmin, tmax):
-        result = walk(self.cells, o, d, tmin, tmax)
+        result = traverse(self.cells, o, d, tmin, tmax)
         if result.verdict != OPEN:
             return proven(result)
         D = result.D
@@ -156,18 +156,18 @@ class Segment:
         spacing = single(result.open_t / self.samples)
         before = 0.0
         points = []
-        for nth, run in enumerate(result.runs):
-            length = single(run.end - run.begin)
-            last = nth + 1 == len(result.runs)
+        for nth, interval in enumerate(result.intervals):
+            length = single(interval.end - interval.begin)
+            last = nth + 1 == len(result.intervals)
             while len(points) < self.samples:
                 s = single((len(points) + 0.5) * spacing)
                 if not last and s > single(before + length):
                     before = single(before + length)
                     break
-                t = least(single(run.begin + single(s - before)), run.end)
-                share = single(divide(single(t - run.begin), length))
-                rise = single((run.end_height - run.begin_height) * share)
-                points.append((t, index(single(single(run.begin_height + rise) + 0.5), 127)))
+                t = least(single(interval.begin + single(s - before)), interval.end)
+                share = single(divide(single(t - interval.begin), length))
+                rise = single((interval.end_height - interval.begin_height) * share)
+                points.append((t, index(single(single(interval.begin_height + rise) + 0.5), 127)))
         return points
 
     def _features_at(self, result, t):

@@ -1,13 +1,13 @@
-"""Which side each piece of space without triangles is on (docs/format.md, "Sides")."""
+"""Which side each region of space without triangles is on (docs/format.md, "Sides")."""
 
 from grid import INSIDE, OUTSIDE, SURFACE, UNKNOWN
 from shell import require
 
 
 class Sides:
-    """Pieces by number: 0 outside, 1 inside, then two for each word (above, below), then parts that are not there.
+    """Regions by number: 0 outside, 1 inside, then two for each word (above, below), then children that are not there.
 
-    Something that has a face is the number of a word, or a piece of which all points are: ("all", piece), or None.
+    Something that has a face is the number of a word, or a region of which all points are: ("all", region), or None.
     """
 
     def __init__(self, cells):
@@ -43,11 +43,11 @@ class Sides:
         root = self._root(2 + 2 * number + below)
         return next((side for side in (OUTSIDE, INSIDE) if root == self._root(side)), None)
 
-    def _root(self, piece):
-        while self.parents[piece] != piece:
-            self.parents[piece] = self.parents[self.parents[piece]]
-            piece = self.parents[piece]
-        return piece
+    def _root(self, region):
+        while self.parents[region] != region:
+            self.parents[region] = self.parents[self.parents[region]]
+            region = self.parents[region]
+        return region
 
     def _voxel(self, at):
         if not self.cells.grid.within(*at):
@@ -85,13 +85,13 @@ class Sides:
             at[first] += size * (nth & 1)
             at[second] += size * (nth >> 1)
             corners.append(at)
-        for a, f in self._pieces(lower, corners):
-            for b, g in self._pieces(upper, corners):
+        for a, f in self._regions(lower, corners):
+            for b, g in self._regions(upper, corners):
                 if meet(f, g):
                     self.parents[self._root(a)] = self._root(b)
 
-    def _pieces(self, item, corners):
-        """Pairs of a piece and how far each corner is beyond its plane."""
+    def _regions(self, item, corners):
+        """Pairs of a region and how far each corner is beyond its plane."""
         if item is None:
             return []
         if not isinstance(item, int):

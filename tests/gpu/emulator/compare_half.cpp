@@ -20,7 +20,7 @@ using Comparisons = std::vector<HalfComparison>;
 
 Comparisons compare_batch(const kernels::SphericalField& field, std::span<const kernels::Segment> segments,
                           std::span<const uint8_t> visible,
-                          std::span<const std::unique_ptr<ObjectOnCard>> cards) {
+                          std::span<const std::unique_ptr<ObjectOnGpu>> gpus) {
   std::vector<kernels::Answer> expected;
   std::vector<double> bounds;
   for (const kernels::Segment& segment : segments) {
@@ -28,9 +28,9 @@ Comparisons compare_batch(const kernels::SphericalField& field, std::span<const 
     bounds.push_back(half_bound(field, segment));
   }
   Comparisons results;
-  for (const std::unique_ptr<ObjectOnCard>& card : cards) {
+  for (const std::unique_ptr<ObjectOnGpu>& gpu : gpus) {
     HalfComparison& result = results.emplace_back();
-    const ObjectAnswers answers = card->ask(segments);
+    const ObjectAnswers answers = gpu->ask(segments);
     for (size_t i = 0; i < segments.size(); ++i) {
       const int32_t logit = expected[i].logit;
       const bool seen = answers.logit[i] >= 0, truth = visible[i] != 0;
@@ -57,13 +57,13 @@ std::vector<HalfComparison> compare_half(const kernels::SphericalField& field,
                                          std::span<const kernels::Segment> segments,
                                          std::span<const uint8_t> visible,
                                          std::span<const MatrixKind> kinds) {
-  std::vector<std::unique_ptr<ObjectOnCard>> cards;
+  std::vector<std::unique_ptr<ObjectOnGpu>> gpus;
   for (const MatrixKind kind : kinds)
-    cards.push_back(std::make_unique<ObjectOnCard>(field, CardWay{kind, runtime::GpuWay::automatic, true}));
+    gpus.push_back(std::make_unique<ObjectOnGpu>(field, EmulatedWay{kind, runtime::GpuWay::automatic, true}));
   std::vector<Comparisons> parts((segments.size() + kRaysOfBatch - 1) / kRaysOfBatch);
   tbb::parallel_for(size_t{0}, parts.size(), [&](size_t b) {
     const size_t first = b * kRaysOfBatch, count = std::min(kRaysOfBatch, segments.size() - first);
-    parts[b] = compare_batch(field, segments.subspan(first, count), visible.subspan(first, count), cards);
+    parts[b] = compare_batch(field, segments.subspan(first, count), visible.subspan(first, count), gpus);
   });
   Comparisons all(kinds.size());
   for (size_t k = 0; k < kinds.size(); ++k) {

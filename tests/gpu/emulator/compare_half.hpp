@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "tests/gpu/object_on_card.hpp"
+#include "tests/gpu/object_on_gpu.hpp"
 
 namespace nif::test {
 

@@ -14,9 +14,9 @@ namespace nif::test {
 /// Rays that are asked at once; not a multiple of a block's threads.
 constexpr size_t kRaysOfBatch = 20'011;
 
-std::vector<CardWay> ways_for(const format::ObjectView& object) {
+std::vector<EmulatedWay> ways_for(const format::ObjectView& object) {
   if (object.is<kernels::SegmentField>()) return all_ways();
-  std::vector<CardWay> ways;
+  std::vector<EmulatedWay> ways;
   for (const MatrixKind kind : {MatrixKind::dot32, MatrixKind::dot64}) {
     ways.push_back({kind, runtime::GpuWay::one_kernel});
     if (object.is<kernels::SphericalField>()) ways.push_back({kind});
@@ -25,13 +25,13 @@ std::vector<CardWay> ways_for(const format::ObjectView& object) {
 }
 
 uint64_t count_different(const format::ObjectView& object, std::span<const kernels::Segment> segments,
-                         const CardWay& way) {
-  const ObjectOnCard card(format::field_of(object), way);
+                         const EmulatedWay& way) {
+  const ObjectOnGpu gpu(format::field_of(object), way);
   std::atomic<uint64_t> different{0};
   tbb::parallel_for(size_t{0}, (segments.size() + kRaysOfBatch - 1) / kRaysOfBatch, [&](size_t b) {
     const auto part =
         segments.subspan(b * kRaysOfBatch, std::min(kRaysOfBatch, segments.size() - b * kRaysOfBatch));
-    const ObjectAnswers answers = card.ask(part);
+    const ObjectAnswers answers = gpu.ask(part);
     uint64_t count = 0;
     for (size_t i = 0; i < part.size(); ++i) {
       const kernels::Answer answer = query_object(object, part[i]);

@@ -4,15 +4,15 @@
 #include <span>
 #include <vector>
 
-#include "tests/gpu/object_on_card.hpp"
+#include "tests/gpu/object_on_gpu.hpp"
 
 namespace nif::test {
 
 /// The ways that differ for an object of this encoding.
-std::vector<CardWay> ways_for(const format::ObjectView& object);
+std::vector<EmulatedWay> ways_for(const format::ObjectView& object);
 
 /// How many answers differ: another logit, or certain in one and not in the other. In parallel.
 uint64_t count_different(const format::ObjectView& object, std::span<const kernels::Segment> segments,
-                         const CardWay& way);
+                         const EmulatedWay& way);
 
 }  // namespace nif::test

@@ -1,4 +1,4 @@
-// A driver for emulated cards: the kernels run in the emulator, and the cards' memory is host memory.
+// A driver for emulated GPUs: the kernels run in the emulator, and the GPUs' memory is host memory.
 // Together with the GPU module's own sources this makes libnif_gpu_emulated.so.
 #include <algorithm>
 #include <cstdlib>
@@ -23,12 +23,12 @@ EmulatedMachine machine;
 bool is_due(std::atomic<uint32_t>& countdown) { return countdown.load() != 0 && countdown.fetch_sub(1) == 1; }
 
 void check_lost() {
-  if (machine.lost) throw GpuError(NIF_ERROR_DEVICE_LOST, "GPU: the emulated card is lost");
+  if (machine.lost) throw GpuError(NIF_ERROR_DEVICE_LOST, "GPU: the emulated device is lost");
 }
 
 struct Queue {
-  explicit Queue(uint32_t of_card) : card(of_card) {}
-  uint32_t card;
+  explicit Queue(uint32_t of_gpu) : gpu(of_gpu) {}
+  uint32_t gpu;
   std::vector<std::function<void()>> work;  ///< ever; empty where it is done
   std::vector<double> clock;                ///< [work]: when it is done, in seconds
   size_t done = 0;
@@ -41,17 +41,17 @@ struct Mark {
   std::atomic<uint32_t> asked = 0;
 };
 
-/// The driver's state, for all cards.
+/// The driver's state, for all GPUs.
 class Ledger {
  public:
-  void* allocate(uint32_t card, uint64_t bytes) {
+  void* allocate(uint32_t gpu, uint64_t bytes) {
     const std::lock_guard lock(mutex_);
     check_lost();
     if (is_due(machine.fail_allocation))
-      throw GpuError(NIF_ERROR_OUT_OF_DEVICE_MEMORY, "GPU: the emulated card has no memory left");
+      throw GpuError(NIF_ERROR_OUT_OF_DEVICE_MEMORY, "GPU: the emulated device has no memory left");
     void* memory = std::aligned_alloc(256, (bytes + 511) / 256 * 256);
     std::memset(memory, 0xa5, bytes);
-    memory_[static_cast<char*>(memory)] = {bytes, card};
+    memory_[static_cast<char*>(memory)] = {bytes, gpu};
     ++machine.allocations;
     machine.allocated += bytes;
     return memory;
@@ -65,20 +65,20 @@ class Ledger {
     memory_.erase(at);
     std::free(memory);
   }
-  PointerKind kind_of(uint32_t card, const void* pointer) {
+  PointerKind kind_of(uint32_t gpu, const void* pointer) {
     const std::lock_guard lock(mutex_);
     const auto* address = static_cast<const char*>(pointer);
     auto at = memory_.upper_bound(const_cast<char*>(address));
     if (at == memory_.begin()) return PointerKind::host;
     --at;
     if (address >= at->first + at->second.bytes) return PointerKind::host;
-    return at->second.card == card ? PointerKind::device : PointerKind::other_device;
+    return at->second.gpu == gpu ? PointerKind::device : PointerKind::other_device;
   }
 
-  Queue* make_queue(uint32_t card) {
+  Queue* make_queue(uint32_t gpu) {
     const std::lock_guard lock(mutex_);
     ++machine.streams;
-    queues_.push_back(std::make_shared<Queue>(card));
+    queues_.push_back(std::make_shared<Queue>(gpu));
     return queues_.back().get();
   }
   std::shared_ptr<Queue> share(const Queue& queue) {
@@ -86,10 +86,10 @@ class Ledger {
     return *std::find_if(queues_.begin(), queues_.end(),
                          [&](const auto& known) { return known.get() == &queue; });
   }
-  bool has_queue(uint32_t card, const void* stream) {
+  bool has_queue(uint32_t gpu, const void* stream) {
     const std::lock_guard lock(mutex_);
     return std::any_of(queues_.begin(), queues_.end(),
-                       [&](const auto& queue) { return queue.get() == stream && queue->card == card; });
+                       [&](const auto& queue) { return queue.get() == stream && queue->gpu == gpu; });
   }
   void free_queue(Queue* queue) {
     if (!machine.lost) drain(*queue, ~size_t{0});
@@ -134,7 +134,7 @@ class Ledger {
  private:
   struct Piece {
     uint64_t bytes;
-    uint32_t card;
+    uint32_t gpu;
   };
   std::mutex mutex_;
   std::map<char*, Piece> memory_;
@@ -146,14 +146,12 @@ Ledger& ledger() {
   return ledger;
 }
 
-test::MatrixKind kind_of_card(uint32_t card) {
-  return test::kMatrixKinds[card % std::size(test::kMatrixKinds)];
-}
+test::MatrixKind kind_of_gpu(uint32_t gpu) { return test::kMatrixKinds[gpu % std::size(test::kMatrixKinds)]; }
 
 class EmulatedContext final : public Context {
  public:
-  explicit EmulatedContext(uint32_t card)
-      : card_(card), default_stream_(ledger().make_queue(card)), kind_(kind_of_card(card)) {}
+  explicit EmulatedContext(uint32_t gpu)
+      : gpu_(gpu), default_stream_(ledger().make_queue(gpu)), kind_(kind_of_gpu(gpu)) {}
   ~EmulatedContext() override { ledger().free_queue(default_stream_); }
 
   void enter() override {
@@ -186,7 +184,7 @@ class EmulatedContext final : public Context {
     if (emulated.name.starts_with("nif_pipeline_")) {
       const auto& work = *static_cast<const kernels::gpu::PipelineWork*>(arguments[0]);
       ++machine.pipelined;
-      if (emulated.name.starts_with("nif_pipeline_walk") && !work.before.counts)
+      if (emulated.name.starts_with("nif_pipeline_traverse") && !work.before.counts)
         machine.rays_launched += work.query.count;
     }
     if (machine.discard) return;
@@ -201,7 +199,7 @@ class EmulatedContext final : public Context {
 
   void* allocate(size_t bytes) override {
     check_entered();
-    return ledger().allocate(card_, bytes);
+    return ledger().allocate(gpu_, bytes);
   }
   void free(void* memory) noexcept override { ledger().free(memory); }
   void* allocate_host(size_t bytes) override {
@@ -229,7 +227,7 @@ class EmulatedContext final : public Context {
 
   Stream make_stream() override {
     check_lost();
-    return ledger().make_queue(card_);
+    return ledger().make_queue(gpu_);
   }
   void free_stream(Stream stream) noexcept override { ledger().free_queue(static_cast<Queue*>(stream)); }
   void wait_stream(Stream stream) override {
@@ -247,7 +245,7 @@ class EmulatedContext final : public Context {
     ledger().put(queue_of(stream),
                  [queue = mark.queue, behind = mark.behind] { ledger().drain(*queue, behind); });
   }
-  bool owns(Stream stream) override { return ledger().has_queue(card_, stream); }
+  bool owns(Stream stream) override { return ledger().has_queue(gpu_, stream); }
 
   Event make_event(bool) override {
     check_lost();
@@ -291,7 +289,7 @@ class EmulatedContext final : public Context {
     return ledger().time_of(end) - ledger().time_of(start);
   }
 
-  PointerKind kind_of(const void* pointer) override { return ledger().kind_of(card_, pointer); }
+  PointerKind kind_of(const void* pointer) override { return ledger().kind_of(gpu_, pointer); }
 
  private:
   void check_entered() const {
@@ -309,7 +307,7 @@ class EmulatedContext final : public Context {
   }
 
   static thread_local const Context* entered_;
-  uint32_t card_;
+  uint32_t gpu_;
   Queue* default_stream_;
   test::MatrixKind kind_;
 };
@@ -318,20 +316,20 @@ thread_local const Context* EmulatedContext::entered_ = nullptr;
 class EmulatedDriver final : public Driver {
  public:
   const char* backend() const override { return "hip"; }
-  uint32_t count() override { return machine.cards; }
-  CardDescription describe(uint32_t card) override {
-    CardDescription about{"emulated card " + std::to_string(card), name_of(kind_of_card(card)),
-                          "emulated 1.0", uint64_t{1} << 30};
-    if (!machine.no_place) about.place = {1, card + 2, 3, 1, {0xab, uint8_t(card)}, {0xcd, uint8_t(card)}};
+  uint32_t count() override { return machine.gpus; }
+  GpuProperties describe(uint32_t gpu) override {
+    GpuProperties about{"emulated GPU " + std::to_string(gpu), name_of(kind_of_gpu(gpu)), "emulated 1.0",
+                        uint64_t{1} << 30};
+    if (!machine.no_place) about.place = {1, gpu + 2, 3, 1, {0xab, uint8_t(gpu)}, {0xcd, uint8_t(gpu)}};
     return about;
   }
-  std::string trouble(uint32_t card) override {
+  std::string trouble(uint32_t gpu) override {
     if (!machine.no_image) return "";
-    return "the GPU module has no kernels for " + describe(card).target;
+    return "the GPU module has no kernels for " + describe(gpu).target;
   }
-  std::unique_ptr<Context> open(uint32_t card) override {
+  std::unique_ptr<Context> open(uint32_t gpu) override {
     check_lost();
-    return std::make_unique<EmulatedContext>(card);
+    return std::make_unique<EmulatedContext>(gpu);
   }
 };
 
@@ -343,8 +341,8 @@ Drivers find_drivers() {
     drivers.why_none = "there is no driver in the emulated machine";
   else if (machine.driver_too_old)
     drivers.why_none = "the emulated driver is too old";
-  else if (machine.cards == 0)
-    drivers.why_none = "the emulated driver finds no card";
+  else if (machine.gpus == 0)
+    drivers.why_none = "the emulated driver finds no GPU";
   else
     drivers.found.push_back(std::make_unique<EmulatedDriver>());
   return drivers;
@@ -354,9 +352,9 @@ Drivers find_drivers() {
 
 extern "C" NIF_API nif::test::EmulatedMachine* nif_emulated_machine(void) {
   using namespace nif::gpu;
-  machine.allocate = [](uint32_t card, uint64_t bytes) { return ledger().allocate(card, bytes); };
+  machine.allocate = [](uint32_t gpu, uint64_t bytes) { return ledger().allocate(gpu, bytes); };
   machine.free = [](void* memory) { ledger().free(memory); };
-  machine.make_stream = [](uint32_t card) -> void* { return ledger().make_queue(card); };
+  machine.make_stream = [](uint32_t gpu) -> void* { return ledger().make_queue(gpu); };
   machine.free_stream = [](void* stream) { ledger().free_queue(static_cast<Queue*>(stream)); };
   machine.wait_stream = [](void* stream) { ledger().drain(*static_cast<Queue*>(stream), ~size_t{0}); };
   return &machine;

@@ -22,22 +22,22 @@ EmulatedRun bind_kernel(const void* argument) {
 #define NIF_SCENE(name, kinds, blocks)                                    \
   NIF_EMULATED("nif_scene_" #name, SceneWork, scene_answer<kinds, false>) \
   NIF_EMULATED("nif_scene_" #name "_details", SceneWork, scene_answer<kinds, true>)
-#define NIF_WALK(name, kinds, blocks)                                                 \
-  NIF_EMULATED("nif_pipeline_walk_" #name, PipelineWork, pipeline_walk<kinds, false>) \
-  NIF_EMULATED("nif_pipeline_walk_" #name "_details", PipelineWork, pipeline_walk<kinds, true>)
+#define NIF_TRAVERSE(name, kinds, blocks)                                                     \
+  NIF_EMULATED("nif_pipeline_traverse_" #name, PipelineWork, pipeline_traverse<kinds, false>) \
+  NIF_EMULATED("nif_pipeline_traverse_" #name "_details", PipelineWork, pipeline_traverse<kinds, true>)
 #define NIF_STAGE(number, name, threads, blocks, inner, ...) \
   NIF_EMULATED("nif_pipeline_" #name, PipelineWork, __VA_ARGS__)
 
 constexpr EmulatedKernel kKernels[] = {
-    NIF_SCENE_KERNELS(NIF_SCENE)                                                          //
-    NIF_WALK_KERNELS(NIF_WALK)                                                            //
-    NIF_EMULATED("nif_scene_bvh_single", SceneWork, scene_answer<kSingleBvh, false>)      //
-    NIF_EMULATED("nif_scene_open", OpenWork, scene_open)                                  //
-    NIF_EMULATED("nif_scene_hits", HitWork, scene_hits)                                   //
-    NIF_EMULATED("nif_pipeline_walk_one", PipelineWork, pipeline_walk_one<false>)         //
-    NIF_EMULATED("nif_pipeline_walk_one_details", PipelineWork, pipeline_walk_one<true>)  //
-    NIF_EMULATED("nif_pipeline_offsets", PipelineWork, pipeline_offsets)                  //
-    NIF_EMULATED("nif_pipeline_order", PipelineWork, pipeline_order)                      //
+    NIF_SCENE_KERNELS(NIF_SCENE)                                                                  //
+    NIF_TRAVERSAL_KERNELS(NIF_TRAVERSE)                                                           //
+    NIF_EMULATED("nif_scene_bvh_single", SceneWork, scene_answer<kSingleBvh, false>)              //
+    NIF_EMULATED("nif_scene_open", OpenWork, scene_open)                                          //
+    NIF_EMULATED("nif_scene_hits", HitWork, scene_hits)                                           //
+    NIF_EMULATED("nif_pipeline_traverse_one", PipelineWork, pipeline_traverse_one<false>)         //
+    NIF_EMULATED("nif_pipeline_traverse_one_details", PipelineWork, pipeline_traverse_one<true>)  //
+    NIF_EMULATED("nif_pipeline_offsets", PipelineWork, pipeline_offsets)                          //
+    NIF_EMULATED("nif_pipeline_order", PipelineWork, pipeline_order)                              //
     NIF_EMULATED("nif_pack_bits", PackWork, pack_bits)};
 
 /// Those of stages, for one make of matrix instructions.

@@ -9,7 +9,7 @@
 #include "kernels/gpu/kernel_list.hpp"
 #include "kernels/gpu/open_kernels.hpp"
 #include "kernels/gpu/pipeline_kernels.hpp"
-#include "kernels/gpu/walk_one_kernels.hpp"
+#include "kernels/gpu/traverse_one_kernels.hpp"
 #include "tests/gpu/emulator/emulator.hpp"
 #include "tests/gpu/emulator/machine.hpp"
 

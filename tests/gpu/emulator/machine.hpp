@@ -12,7 +12,7 @@
 
 namespace nif::test {
 
-/// Matrix instructions that a card has, and the lanes of its waves: those of gfx1100, NVIDIA, gfx90a and
+/// Matrix instructions that a GPU has, and the lanes of its waves: those of gfx1100, NVIDIA, gfx90a and
 /// gfx942, or only dot products.
 enum class MatrixKind : uint32_t { wmma, imma, mfma16, mfma32, dot32, dot64 };
 inline constexpr MatrixKind kMatrixKinds[] = {MatrixKind::wmma,   MatrixKind::imma,  MatrixKind::mfma16,
@@ -25,19 +25,19 @@ constexpr uint32_t wave_of(MatrixKind kind) {
   return kind == MatrixKind::mfma16 || kind == MatrixKind::mfma32 || kind == MatrixKind::dot64 ? 64 : 32;
 }
 
-/// A machine with emulated cards, one for each of kMatrixKinds where nobody asks for fewer. Streams are
+/// A machine with emulated GPUs, one for each of kMatrixKinds where nobody asks for fewer. Streams are
 /// queues: what is put into one is done when somebody waits for it or asks an event that was recorded there,
 /// and not before, so that waiting behind the caller's back shows.
 struct EmulatedMachine {
   // What the machine is like. To be set while no device is open.
   bool no_driver = false, driver_too_old = false;
-  uint32_t cards = 6;
-  bool no_image = false;  ///< for any card
-  bool no_place = false;  ///< drivers do not say where a card is, nor its UUID
+  uint32_t gpus = 6;
+  bool no_image = false;  ///< for any GPU
+  bool no_place = false;  ///< drivers do not say where a GPU is, nor its UUID
 
   // Faults. Counted down with each such call; the call that finds 1 fails. 0: never.
-  std::atomic<uint32_t> fail_allocation = 0;  ///< memory of a card
-  std::atomic<uint32_t> fail_launch = 0;      ///< and with it the card is lost
+  std::atomic<uint32_t> fail_allocation = 0;  ///< memory of a GPU
+  std::atomic<uint32_t> fail_launch = 0;      ///< and with it the GPU is lost
   std::atomic<uint32_t> fail_asking = 0;      ///< whether an event is done
   std::atomic<uint32_t> fail_record = 0;      ///< of an event
   std::atomic<bool> lost = false;             ///< every call fails
@@ -48,23 +48,23 @@ struct EmulatedMachine {
   const char* defective = "";          ///< a kernel's name: it is run without some barriers
   bool without_odd_syncs = false;      ///< which ones, see LeftOut
   uint32_t processors = 3;             ///< few, so that threads go round
-  uint32_t seconds_of_one_kernel = 0;  ///< for all of a query's rays, by the card's clock
+  uint32_t seconds_of_one_kernel = 0;  ///< for all of a query's rays, by the GPU's clock
 
   // What was done.
   std::atomic<uint32_t> launches = 0;             ///< put into streams
   std::atomic<uint64_t> rays_launched = 0;        ///< of those that take a query's rays
   std::atomic<uint32_t> pipelined = 0;            ///< launches of the pipeline
-  std::atomic<uint32_t> allocations = 0;          ///< of cards' memory that are not freed
+  std::atomic<uint32_t> allocations = 0;          ///< of GPUs' memory that are not freed
   std::atomic<uint64_t> allocated = 0;            ///< their bytes
-  std::atomic<uint32_t> uploads = 0;              ///< copies to a card
+  std::atomic<uint32_t> uploads = 0;              ///< copies to a GPU
   std::atomic<uint32_t> waits = 0;                ///< of the host for streams and events
   std::atomic<uint32_t> held_back = 0;            ///< streams that were made to wait for events
   std::atomic<uint32_t> streams = 0, events = 0;  ///< that are not freed
 
   // What a program would get from the driver itself.
-  void* (*allocate)(uint32_t card, uint64_t bytes) = nullptr;
+  void* (*allocate)(uint32_t gpu, uint64_t bytes) = nullptr;
   void (*free)(void* memory) = nullptr;
-  void* (*make_stream)(uint32_t card) = nullptr;
+  void* (*make_stream)(uint32_t gpu) = nullptr;
   void (*free_stream)(void* stream) = nullptr;
   void (*wait_stream)(void* stream) = nullptr;
 };

@@ -1,4 +1,4 @@
-# nif_emulator: runs GPU kernels on the host. nif_gpu_emulated: the GPU module with emulated cards in place of a driver.
+# nif_emulator: runs GPU kernels on the host. nif_gpu_emulated: the GPU module with emulated GPUs in place of a driver.
 # After runtime/, whose CMakeLists.txt has nif_gpu_module().
 set(nif_here ${CMAKE_CURRENT_LIST_DIR})
 add_library(nif_emulator STATIC ${nif_here}/emulator.cpp ${nif_here}/kernels.cpp $<TARGET_OBJECTS:nif_packed_grids>)

@@ -99,8 +99,8 @@ int main(int argc, char** argv) {
   FILLS(NifInstanceInfo, nifGetInstanceInfo(scene, 0, &it.own));
   FILLS(NifSceneInfo, nifGetSceneInfo(scene, &it.own));
   if (nifGetBackendInfo(1, &(NifBackendInfo){.struct_size = sizeof(NifBackendInfo)}) == NIF_OK) {
-    NifCardInfo card = {.struct_size = sizeof(card)};
-    if (nifGetCardInfo(0, &card) == NIF_OK) FILLS(NifCardInfo, nifGetCardInfo(0, &it.own));
+    NifGpuInfo gpu = {.struct_size = sizeof(gpu)};
+    if (nifGetGpuInfo(0, &gpu) == NIF_OK) FILLS(NifGpuInfo, nifGetGpuInfo(0, &it.own));
   }
 
   memset(&callbacks, 0, sizeof(callbacks));

@@ -1,0 +1,65 @@
+// Answers `bvh` objects with SIMD. Compiled once for each Highway target; the constructor picks the version
+// for the instruction set. The traversal is in traverse-inl.hpp because `exact` uses it, too.
+#include "kernels/cpu/encodings/cpu_bvh.hpp"
+
+#include "kernels/cpu/simd_kernel.hpp"
+#include "kernels/cpu/triangles/tree.hpp"
+#include "kernels/reference/batch.hpp"
+#include "kernels/reference/triangles/triangles_hit.hpp"
+
+#include "kernels/cpu/targets.hpp"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "kernels/cpu/encodings/cpu_bvh.cpp"
+#include <hwy/foreach_target.h>  // must come before highway.h
+
+#include <hwy/highway.h>
+
+// For a single lane there is the reference.
+#if HWY_TARGET != HWY_SCALAR
+#include "kernels/cpu/triangles/traverse-inl.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace nif::kernels::cpu::HWY_NAMESPACE {
+
+struct BvhAnswerScratch {
+  BoxEnds ends;
+  BvhScratch bvh;
+};
+static_assert(sizeof(BvhAnswerScratch) <= kKernelScratchBytes);
+
+void answer_bvh(const BvhTree& tree, const SegmentBatch& batch, AnswerBatch& answers, void* memory) {
+  auto& s = *static_cast<BvhAnswerScratch*>(memory);
+  traverse_whole(tree, batch, answers, s.ends, s.bvh);
+}
+
+struct BvhIntersectScratch {
+  BoxEnds ends;
+  BvhHitScratch hits;
+};
+static_assert(sizeof(BvhIntersectScratch) <= kKernelScratchBytes);
+
+void intersect_bvh(const BvhTree& tree, const SegmentBatch& batch, const float* limit, HitBatch& hits,
+                   void* memory) {
+  auto& s = *static_cast<BvhIntersectScratch*>(memory);
+  traverse_whole_to_hits(tree, batch, limit, hits, s.ends, s.hits);
+}
+
+constexpr SimdFunctions<BvhTree> kBvhFunctions = {.answer = answer_bvh, .intersect = intersect_bvh};
+
+}  // namespace nif::kernels::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+#endif  // HWY_TARGET
+
+#if HWY_ONCE
+#include "kernels/cpu/dispatch-inl.hpp"
+
+namespace nif::kernels::cpu {
+
+KernelPointer make_kernel(const TrianglesField& field, const KernelOptions& options) {
+  return hold_kernel<SimdKernel<BvhTree>>(
+      options.memory, NIF_FUNCTIONS_FOR(BvhTree, kBvhFunctions, options.isa), [&] { return tree_of(field); });
+}
+
+}  // namespace nif::kernels::cpu
+#endif

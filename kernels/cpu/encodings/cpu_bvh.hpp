@@ -1,0 +1,12 @@
+// `bvh` objects in SIMD: tests the eight boxes of a node, and the triangles of a leaf, at once.
+#pragma once
+
+#include "kernels/cpu/kernel_options.hpp"
+#include "kernels/reference/triangles/triangles_field.hpp"
+
+namespace nif::kernels::cpu {
+
+/// The field's memory must outlive the kernel.
+KernelPointer make_kernel(const TrianglesField& field, const KernelOptions& options);
+
+}  // namespace nif::kernels::cpu

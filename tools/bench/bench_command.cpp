@@ -1,0 +1,263 @@
+// `nif bench`: compares the speed of an asset, or of a scene of instances, with Embree's on the same rays,
+// and always states the error on them.
+#include <fmt/format.h>
+#include <tbb/info.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <filesystem>
+#include <limits>
+#include <memory>
+
+#include "formats/base/file_name.hpp"
+#include "formats/base/output_file.hpp"
+#include "formats/base/quantities.hpp"
+#include "formats/base/status.hpp"
+#include "tools/bench/bench_gpu.hpp"
+#include "tools/bench/bench_plot.hpp"
+#include "tools/bench/bench_report.hpp"
+#include "tools/bench/scene_report.hpp"
+#include "tools/common/json_output.hpp"
+#include "tools/common/measure_options.hpp"
+#include "tools/common/options.hpp"
+#include "tools/common/progress.hpp"
+#include "tools/common/ray_set_option.hpp"
+#include "tools/common/shared_options.hpp"
+#include "tools/render/scene_file.hpp"
+#include "tools/subcommands.hpp"
+
+namespace nif::tools {
+namespace {
+
+struct Arguments : MeasureArguments {
+  std::string file, mesh, asset, against, plot, device = "cpu", precision = "single";
+  std::vector<uint32_t> threads;
+  uint32_t rounds = 7, moved = 1000;
+  std::string embree = "fastest";
+  bool hits = false, stages = false, batches = false, json = false, quiet = false;
+};
+
+/// Keeps the first occurrence of each value.
+template <class T>
+void drop_repeats(std::vector<T>& list) {
+  for (auto end = list.begin(); end != list.end();) {
+    ++end;
+    list.erase(std::remove(end, list.end(), end[-1]), list.end());
+  }
+}
+
+BenchOptions resolve(const Arguments& arguments) {
+  BenchOptions options{.asset = arguments.file,
+                       .mesh = arguments.mesh,
+                       .configuration = arguments.configuration(),
+                       .against = arguments.against,
+                       .sets = parse_sets(arguments.sets),
+                       .threads = arguments.threads,
+                       .fallback = !arguments.fallback.empty(),
+                       .hits = arguments.hits,
+                       .stages = arguments.stages,
+                       .rays = arguments.rays,
+                       .seed = arguments.seed,
+                       .schedule = {}};
+  if (options.sets.empty()) {
+    options.sets = {bake::RaySet::outer_lines, bake::RaySet::inner_surface, bake::RaySet::sun};
+    if (options.hits) options.sets.push_back(bake::RaySet::camera);
+  }
+  const auto all = uint32_t(tbb::info::default_concurrency());
+  if (options.threads.empty()) options.threads = {1, 0};
+  std::replace(options.threads.begin(), options.threads.end(), 0u, all);
+  drop_repeats(options.sets);
+  drop_repeats(options.threads);
+  options.schedule.rounds = arguments.rounds;
+  if (arguments.embree == "all") options.schedule.finalists = std::numeric_limits<size_t>::max();
+  return options;
+}
+
+void check_plot(const Arguments& arguments) {
+  if (arguments.plot.empty()) return;
+  if (arguments.plot == "-") {
+    throw Error(Status::usage,
+                "--plot -: the results go to standard output, so give a file name for the plot");
+  }
+  std::error_code ignored;
+  for (const std::string& input : {arguments.file, arguments.mesh, arguments.against}) {
+    if (std::filesystem::equivalent(arguments.plot, input, ignored))
+      throw Error(Status::usage, fmt::format("--plot {}: the plot would overwrite an input", input));
+  }
+  check_output(arguments.plot);
+}
+
+void check_hits(const Arguments& arguments) {
+  if (!arguments.hits) return;
+  if (!arguments.fallback.empty())
+    throw Error(
+        Status::usage,
+        "--hits and --fallback cannot be used together: proofs with Embree behind them find no first hits");
+  if (arguments.stages)
+    throw Error(Status::usage,
+                "--hits and --stages cannot be used together: the stages are those of occlusion");
+}
+
+/// Speeds measured on a busy machine are of little worth, and only this note tells the user.
+void print_notes(const std::vector<ThreadRun>& runs) {
+  for (const ThreadRun& run : runs) {
+    for (const SetSpeeds& speeds : run.sets) {
+      if (speeds.cores > 0.85 * run.threads) continue;
+      fmt::print(stderr,
+                 "nif: note: {}: {} got only {:.2f} cores: other programs were running, or there were too "
+                 "few rays\n",
+                 bake::name_of(speeds.set), count_of(run.threads, "thread"), speeds.cores);
+    }
+  }
+}
+
+/// The measurement on a GPU, to which threads and Embree do not apply.
+void run_gpu(const Arguments& arguments, const Command& command) {
+  const auto refuse = [&](const char* option) {
+    throw Error(Status::usage, fmt::format("--device {}: {} is only for the CPU", arguments.device, option));
+  };
+  if (!arguments.threads.empty()) refuse("--threads");
+  for (const char* option : {"--isa", "--least-memory"})
+    if (command.given(option)) refuse(option);
+  if (arguments.embree != "fastest") refuse("--embree");
+  if (!arguments.fallback.empty()) refuse("--fallback");
+  if (arguments.hits) refuse("--hits");
+  if (!arguments.plot.empty()) refuse("--plot");
+  const BenchOptions resolved = resolve(arguments);
+  const GpuBenchOptions options{
+      resolved.asset,   resolved.mesh,    resolved.against,         resolved.sets,
+      resolved.rays,    resolved.seed,    resolved.schedule.rounds, arguments.precision == "half",
+      arguments.stages, arguments.batches};
+  Progress progress(arguments.quiet);
+  const GpuBenchResult result = measure_gpu(options, progress);
+  progress.finish();
+  if (arguments.json)
+    write_json(to_json(options, result));
+  else
+    fmt::print("{}", gpu_bench_table(options, result));
+}
+
+bool is_scene(const std::string& file) { return render::is_gltf(file) || ending_of(file) == ".toml"; }
+
+void run_scene(const Arguments& arguments, const Command& command) {
+  for (const char* option :
+       {"--mesh", "--fallback", "--against", "--stages", "--plot", "--device", "--batches", "--precision"})
+    if (command.given(option))
+      throw Error(Status::usage,
+                  fmt::format("{}: {} is only for an ASSET, not for a scene", arguments.file, option));
+  const BenchOptions resolved = resolve(arguments);
+  const SceneBenchOptions options{.scene = arguments.file,
+                                  .asset = arguments.asset,
+                                  .configuration = resolved.configuration,
+                                  .sets = resolved.sets,
+                                  .threads = resolved.threads,
+                                  .rays = resolved.rays,
+                                  .seed = resolved.seed,
+                                  .moved = arguments.moved,
+                                  .hits = resolved.hits,
+                                  .schedule = resolved.schedule};
+  Progress progress(arguments.quiet);
+  const SceneBenchResult result = measure_scene(options, progress);
+  progress.finish();
+  if (!arguments.quiet) print_notes(result.still.runs);
+  if (arguments.json)
+    write_json(to_json(options, result));
+  else
+    fmt::print("{}", scene_bench_tables(options, result));
+}
+
+void run(const Arguments& arguments, const Command& command) {
+  if (is_scene(arguments.file)) return run_scene(arguments, command);
+  for (const char* option : {"--asset", "--moved"})
+    if (command.given(option))
+      throw Error(Status::usage,
+                  fmt::format("{}: {} is only for a scene (.toml, .gltf or .glb)", arguments.file, option));
+  if (arguments.mesh.empty())
+    throw Error(Status::usage, arguments.file + ": --mesh is required: the mesh that it was baked from");
+  if (arguments.device != "cpu") return run_gpu(arguments, command);
+  if (arguments.batches) throw Error(Status::usage, "--batches is only for a GPU: add --device gpu");
+  if (arguments.precision != "single")
+    throw Error(Status::usage, "--precision is only for a GPU: add --device gpu");
+  check_hits(arguments);
+  const BenchOptions options = resolve(arguments);
+  check_plot(arguments);
+  Progress progress(arguments.quiet);
+  const BenchResult result = measure(options, progress);
+  progress.finish();
+  if (!arguments.quiet) print_notes(result.runs);
+  if (arguments.json) {
+    write_json(to_json(options, result));
+  } else {
+    fmt::print("{}", bench_tables(options, result));
+  }
+  if (!arguments.plot.empty()) {
+    const std::string plot = bench_plot(options, result);
+    write_output(arguments.plot, std::as_bytes(std::span(plot)));
+  }
+}
+
+}  // namespace
+
+void add_bench(Command app) {
+  const Command command =
+      app.add_subcommand("bench", "Compare the speed of an asset or a scene with Embree's fastest");
+  auto a = std::make_shared<Arguments>();
+  command
+      .add_option("ASSET|SCENE", a->file,
+                  "The .nif file to measure, or a scene as nif render takes it (.toml, .gltf, .glb)")
+      .required();
+  command.add_option("--mesh", a->mesh, "For an ASSET: the mesh that it was baked from");
+  command.add_option("--asset", a->asset,
+                     "For a SCENE in glTF: the .nif file that was baked from it. A .toml names its assets");
+  add_measure_options(command, *a, "outer-lines, inner-surface and sun; with --hits also camera");
+  command.add_option("--moved", a->moved, "For a SCENE: instances to move; 0 for none").capture_default_str();
+  command
+      .add_option("-j,--threads", a->threads,
+                  "Query threads (0 = all cores); may be repeated (default: 1, then all cores)")
+      .range(0, 1024);
+  command.add_option("--rounds", a->rounds, "Measured rounds; everything is timed once per round")
+      .range(1, 1000)
+      .capture_default_str();
+  command
+      .add_option("--embree", a->embree,
+                  "fastest: two trial rounds select the two fastest calls of each Embree build; all: every "
+                  "call is timed in all rounds")
+      .one_of({"fastest", "all"})
+      .capture_default_str();
+  command.add_option(
+      "--against", a->against,
+      "Another .nif file of the same mesh to time in the same rounds, e.g. with another encoding");
+  command.add_flag("--hits", a->hits, "Race first hits (nifIntersect and rtcIntersect) instead of occlusion");
+  command.add_flag("--stages", a->stages,
+                   "Also time the stages: of spherical objects on one thread, or of the pipeline on a GPU");
+  command
+      .add_option("--device", a->device,
+                  "cpu: compare with Embree; gpu: compare with an exact BVH of the mesh on the same GPU")
+      .one_of({"cpu", "gpu"})
+      .capture_default_str();
+  command.add_option("--precision", a->precision, "On a GPU: precision of the networks of spherical objects")
+      .one_of({"single", "half"})
+      .capture_default_str();
+  command.add_flag("--batches", a->batches, "On a GPU: also time smaller batches of rays");
+  add_json_option(
+      command, a->json,
+      fmt::format("{}; for a scene {}; on a GPU {}", kBenchSchema, kSceneBenchSchema, kGpuBenchSchema));
+  command.add_option("--plot", a->plot, "Also plot the results as an SVG to this file");
+  add_quiet_option(command, a->quiet);
+  command.footer(
+      "If a file has several objects, each answers its own rays in its own space, on both sides. Times, "
+      "bytes and\n"
+      "errors are added up. Rates are in millions of rays per second, medians over the rounds.\n"
+      "A scene is queried as a whole, with instances on both sides. Then some instances are moved, which is "
+      "timed, too,\n"
+      "and the scene is queried again. Each object of a .toml needs an asset (nif = \"...\").\n"
+      "Examples:\n"
+      "  nif bench dragon.nif --mesh dragon.ply.gz --plot dragon.svg\n"
+      "  nif bench dragon.nif --mesh dragon.ply.gz --hits\n"
+      "  nif bench dragon.nif --mesh dragon.ply.gz --device gpu --stages --batches\n"
+      "  nif bench city.glb --asset city.nif\n"
+      "  nif bench scene.toml --set sun --moved 100");
+  command.callback([a, command] { run(*a, command); });
+}
+
+}  // namespace nif::tools
