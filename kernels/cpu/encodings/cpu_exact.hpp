@@ -15,7 +15,7 @@ struct PackedExactField {
   TraversalGrid grid;
   BvhTree tree;
 
-  BuiltBytes built_bytes() const { return {traversal.resident_bytes(), 0}; }
+  BuiltBytes built_bytes() const { return {grid.resident_bytes(), 0}; }
 };
 
 /// The field's memory must outlive the kernel.
