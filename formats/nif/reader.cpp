@@ -347,13 +347,16 @@ const ColorsView* AssetView::colors_of(uint32_t object) const { return view_of(c
 
 const NumbersView* AssetView::numbers_of(uint32_t object, NumbersKind kind) const {
   const auto rank = [](const NumbersView& view) { return std::pair(view.object, view.kind); };
-  const auto at = std::ranges::lower_bound(numbers, std::pair(object, uint32_t{kind}), {}, rank);
-  return at != numbers.end() && rank(*at) == std::pair(object, uint32_t{kind}) ? &*at : nullptr;
+  const std::pair wanted(object, uint32_t{kind});
+  const auto at = std::lower_bound(numbers.begin(), numbers.end(), wanted,
+                                   [&](const NumbersView& view, const auto& w) { return rank(view) < w; });
+  return at != numbers.end() && rank(*at) == wanted ? &*at : nullptr;
 }
 
 size_t AssetView::placed_count() const {
   if (!instances.empty() || places_nothing) return instances.size();
-  return size_t(std::ranges::count(objects, 0u, &ObjectView::level));
+  return size_t(
+      std::count_if(objects.begin(), objects.end(), [](const ObjectView& o) { return o.level == 0; }));
 }
 
 kernels::HitDetails hit_details(const AssetView& asset, uint32_t object) {

@@ -61,7 +61,8 @@ struct Member {
 
 class MetadataCheck {
  public:
-  MetadataCheck(const format::AssetView& asset, Findings& findings) : asset_(asset), findings_(findings) {}
+  MetadataCheck(const format::AssetView& asset, Findings& findings)
+      : asset_(asset), placed_(asset.placed_count()), findings_(findings) {}
 
   void run() {
     const Json root = parse(asset_.metadata);
@@ -122,8 +123,6 @@ class MetadataCheck {
   static std::string place_of(const std::string& path) {
     return path.empty() ? kPlace : std::string(kPlace) + ", " + path;
   }
-
-  size_t placed() const { return asset_.placed_count(); }
 
   /// Null if there is none; check() has already reported objects and arrays of another kind.
   static const Json* member(const Json& json, const char* name) {
@@ -288,9 +287,9 @@ class MetadataCheck {
         fault(path, "its parent is not before it");
       if (number && is_of(*number, Kind::count)) known[number->get<uint64_t>()] = true;
     }
-    if (instances->size() != placed())
+    if (instances->size() != placed_)
       return fault("/instances", "has " + std::to_string(instances->size()) + " members; the file places " +
-                                     std::to_string(placed()) + " objects");
+                                     std::to_string(placed_) + " objects");
     for (size_t i = 0; i < instances->size(); ++i) {
       const Json& node = (*instances)[i];
       if (!node.is_null() && !(is_of(node, Kind::count) && known.contains(node.get<uint64_t>())))
@@ -305,7 +304,7 @@ class MetadataCheck {
     if (!objects || !objects->is_array()) return;
     for (size_t i = 0; i < objects->size(); ++i) {
       const Json* instance = member((*objects)[i], "instance");
-      if (!instance || !is_of(*instance, Kind::count) || instance->get<uint64_t>() >= placed())
+      if (!instance || !is_of(*instance, Kind::count) || instance->get<uint64_t>() >= placed_)
         findings_.add(Advice::metadata_merge, place_of("/merge/objects/" + std::to_string(i)),
                       "is no instance of the file");
     }
@@ -322,6 +321,7 @@ class MetadataCheck {
   }
 
   const format::AssetView& asset_;
+  const size_t placed_;  ///< counted once, because metadata may ask for it often
   Findings& findings_;
 };
 
