@@ -195,7 +195,7 @@ class OtherCells {
   }
   std::vector<uint32_t> words() const {
     std::vector<uint32_t> all(grid().voxel_records, grid().voxel_records + grid().surface_voxels);
-    all.insert(all.end(), grid().parts, grid().parts + grid().child_count);
+    all.insert(all.end(), grid().children, grid().children + grid().child_count);
     return all;
   }
   Bytes with(const Bytes& cells, uint32_t forms) const {
