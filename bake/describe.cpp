@@ -16,7 +16,7 @@ void describe(const format::PlanesView& view, nlohmann::ordered_json& json, nloh
   json["voxels"] = view.field.voxels;
   json["levels"] = view.field.levels;
   json["surface_voxels"] = view.field.surface_voxels;
-  json["parts"] = view.field.child_count;
+  json["children"] = view.field.child_count;
 }
 
 std::string summary(const format::PlanesView& view) {

@@ -14,7 +14,7 @@
 namespace nif::tools {
 namespace {
 
-constexpr const char* kSchema = "nifkit.devices/1";
+constexpr const char* kSchema = "nifkit.devices/2";
 
 struct Gpu {
   std::string name, target, driver, reason, backend, pci, uuid;

@@ -31,7 +31,7 @@
 namespace nif::tools {
 namespace {
 
-constexpr const char* kSchema = "nifkit.eval/1";
+constexpr const char* kSchema = "nifkit.eval/2";
 
 struct Arguments : MeasureArguments, RunArguments {
   std::string asset, mesh, format;

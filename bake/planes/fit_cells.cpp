@@ -127,21 +127,21 @@ class CellFitter {
       return;
     }
     const int32_t size = cell.size / 2;
-    const auto part_of = [&](uint32_t part) {
+    const auto child_of = [&](uint32_t octant) {
       Cell child{cell.low, size};
       for (size_t a = 0; a < 3; ++a)
-        if (part >> a & 1) child.low[a] += size;
+        if (octant >> a & 1) child.low[a] += size;
       return child;
     };
     uint32_t mask = 0;
-    for (uint32_t part = 0; part < 8; ++part)
-      if (list_of(part_of(part), lists_[level], nullptr)) mask |= 1u << part;
+    for (uint32_t octant = 0; octant < 8; ++octant)
+      if (list_of(child_of(octant), lists_[level], nullptr)) mask |= 1u << octant;
     words[level][at] = kernels::make_link(mask, 0);
     size_t next = words[level + 1].size();
     words[level + 1].resize(next + size_t(std::popcount(mask)));
-    for (uint32_t part = 0; part < 8; ++part) {
-      if (!(mask >> part & 1)) continue;
-      const Cell child = part_of(part);
+    for (uint32_t octant = 0; octant < 8; ++octant) {
+      if (!(mask >> octant & 1)) continue;
+      const Cell child = child_of(octant);
       list_of(child, lists_[level], &lists_[level + 1]);
       fit(child, level + 1, words, next++);
     }
@@ -366,15 +366,15 @@ bool fit_all(const Grid& grid, const mesh::CleanMesh& mesh, const SurfaceVoxels&
   constexpr size_t kVoxelsAtOnce = 64;
   using Words = std::array<std::vector<uint32_t>, kernels::kMaxLevels + 1>;
   std::vector<Words> blocks((voxels.size() + kVoxelsAtOnce - 1) / kVoxelsAtOnce);
-  std::atomic<size_t> parts{0};
+  std::atomic<size_t> children{0};
   tbb::parallel_for(size_t{0}, blocks.size(), [&](size_t b) {
     CellFitter fitter(grid, mesh, thickness);
     const size_t end = std::min((b + 1) * kVoxelsAtOnce, voxels.size());
-    for (size_t i = b * kVoxelsAtOnce; i < end && parts <= most_children; ++i)
+    for (size_t i = b * kVoxelsAtOnce; i < end && children <= most_children; ++i)
       fitter.fit_voxel(voxels[i].at, surface.touching_voxel(voxels[i].number), blocks[b]);
-    for (size_t level = 1; level < blocks[b].size(); ++level) parts += blocks[b][level].size();
+    for (size_t level = 1; level < blocks[b].size(); ++level) children += blocks[b][level].size();
   });
-  if (parts > most_children) return false;
+  if (children > most_children) return false;
 
   data.voxel_records.clear();
   data.children.clear();
@@ -414,7 +414,7 @@ CellCounts set_sides(std::string_view name, format::PlanesData& data) {
     throw Error(Status::internal, "in object '" + std::string(name) +
                                       "', planes join what is outside with what is inside: a defect");
   CellCounts counts;
-  counts.parts = data.children.size();
+  counts.children = data.children.size();
   visit_words(data, [&](uint32_t& word, uint32_t number) {
     if (is_link(word)) return;
     const bool wall = kernels::kCellKinds[kernels::word_kind(word)].wall;

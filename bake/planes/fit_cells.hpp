@@ -9,10 +9,10 @@
 namespace nif::bake {
 
 struct CellCounts {
-  size_t parts = 0;   ///< of all voxels that are cut
-  size_t planes = 0;  ///< cells with planes
-  size_t walls = 0;   ///< of those, with a wall
-  size_t bare = 0;    ///< of those, that prove nothing
+  size_t children = 0;  ///< of all voxels that are cut
+  size_t planes = 0;    ///< cells with planes
+  size_t walls = 0;     ///< of those, with a wall
+  size_t bare = 0;      ///< of those, that prove nothing
 };
 
 /// Fills voxel_base, voxel_records and children of `data`, in which store_occupancy() has put the rest of the

@@ -75,7 +75,7 @@ void add_grid(const GridReport& report, nlohmann::ordered_json& json) {
   json["surface_voxels"] = report.surface_voxels;
   json["inside_voxels"] = report.inside_voxels;
   json["unknown_voxels"] = report.unknown_voxels;
-  json["parts"] = report.parts;
+  json["children"] = report.children;
   json["planes"] = report.planes;
   json["walls"] = report.walls;
 }
@@ -105,7 +105,7 @@ GridReport fit_planes(const Prepared& prepared, const LaidOut& grid, std::string
           occupancy.surface_voxels,
           occupancy.inside_voxels,
           occupancy.unknown_voxels,
-          cells.parts,
+          cells.children,
           cells.planes,
           cells.walls};
 }

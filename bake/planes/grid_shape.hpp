@@ -59,9 +59,9 @@ double fit_budget(const GridShape& shape, double scale, bool bounded, uint64_t t
 struct GridReport {
   std::array<uint32_t, 3> voxels{};
   size_t surface_voxels = 0, inside_voxels = 0, unknown_voxels = 0;
-  size_t parts = 0;   ///< of surface voxels that are cut
-  size_t planes = 0;  ///< surface voxels and children with planes
-  size_t walls = 0;   ///< of those, with a wall
+  size_t children = 0;  ///< of surface voxels that are cut
+  size_t planes = 0;    ///< surface voxels and children with planes
+  size_t walls = 0;     ///< of those, with a wall
 };
 
 void add_grid(const GridReport& report, nlohmann::ordered_json& json);

@@ -70,7 +70,7 @@ TEST_P(FitCells, PlanesEncloseAllNearTriangles) {
 TEST_P(FitCells, MakesTheWordsOfFiles) {
   const OccupiedObject o(mixed_mesh(), 40, {.levels = GetParam()});
   EXPECT_EQ(o.object.planes->children.empty(), GetParam() == 0);
-  EXPECT_EQ(o.cells.parts, o.object.planes->children.size());
+  EXPECT_EQ(o.cells.children, o.object.planes->children.size());
   format::Asset asset;
   format::Object& object = asset.objects.emplace_back();
   object.name = "mixed";

@@ -75,7 +75,7 @@ TEST_F(Batch, BakesTwoHundredAssetsAndThenOnlyWhatHasChanged) {
   const json first = batch_json(file);
   EXPECT_EQ(first["schema"], "nifkit.batch/1");
   EXPECT_EQ(first["baked"], 200);
-  EXPECT_EQ(first["assets"][0]["report"]["schema"], "nifkit.bake/1");
+  EXPECT_EQ(first["assets"][0]["report"]["schema"], "nifkit.bake/2");
   for (int i = 0; i < 200; ++i)
     EXPECT_TRUE(fs::exists(path(joined("out/props/", i % 7, "/ball ", i, ".nif"))));
 
@@ -287,7 +287,7 @@ TEST_F(Batch, TwoAtOnceShareTheWork) {
     const json result = json::parse(outcome.out);
     EXPECT_EQ(result["baked"].get<int>() + result["current"].get<int>(), kAssets);
     baked += result["baked"].get<int>();
-    for (const json& asset : result["assets"]) EXPECT_EQ(asset["report"]["schema"], "nifkit.bake/1");
+    for (const json& asset : result["assets"]) EXPECT_EQ(asset["report"]["schema"], "nifkit.bake/2");
   }
   EXPECT_EQ(baked, kAssets) << "each is baked by one of them";
   EXPECT_EQ(batch_json(file)["current"], kAssets);

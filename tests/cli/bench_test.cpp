@@ -92,8 +92,8 @@ TEST_F(Bench, OnAGpu) {
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const json result = json::parse(outcome.out);
   const json on_cpu = json::parse(nif(bench({"--threads", "1", "--json"})).out);
-  EXPECT_EQ(result["schema"], "nifkit.bench-gpu/2");
-  EXPECT_NE(nif({"bench", "--help"}).out.find("nifkit.bench-gpu/2"), std::string::npos);
+  EXPECT_EQ(result["schema"], "nifkit.bench-gpu/3");
+  EXPECT_NE(nif({"bench", "--help"}).out.find("nifkit.bench-gpu/3"), std::string::npos);
   EXPECT_EQ(result["gpu"], "emulated GPU 0");
   EXPECT_EQ(result["against"], "bvh");
   EXPECT_EQ(result["rounds"], 2);

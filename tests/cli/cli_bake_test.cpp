@@ -60,7 +60,7 @@ TEST_F(Bake, PrintsJsonToStandardOutputAndProgressToStandardError) {
   ASSERT_EQ(outcome.code, 0) << outcome.err;
 
   const json result = json::parse(outcome.out);
-  EXPECT_EQ(result["schema"], "nifkit.bake/1");
+  EXPECT_EQ(result["schema"], "nifkit.bake/2");
   EXPECT_EQ(result["file"], path("ball.nif"));
   EXPECT_EQ(result["triangles"], 20 * 256);
   EXPECT_GT(result["seconds"].get<double>(), 0);
@@ -352,7 +352,7 @@ TEST_F(Bake, KeepsNamesAndBakesEqualMeshesOnce) {
   const Outcome outcome = nif({"info", path("three.nif"), "--json"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const json info = json::parse(outcome.out);
-  EXPECT_EQ(info["schema"], "nifkit.info/1");
+  EXPECT_EQ(info["schema"], "nifkit.info/2");
   ASSERT_EQ(info["objects"].size(), 2u);
   ASSERT_EQ(info["instances"].size(), 3u);
   EXPECT_EQ(info["objects"][0]["name"], "left ball");

@@ -28,7 +28,7 @@ TEST_F(Devices, AreListed) {
   EXPECT_EQ(outcome.err, "");
 
   const auto result = nlohmann::json::parse(nif({"devices", "--json"}).out);
-  EXPECT_EQ(result["schema"], "nifkit.devices/1");
+  EXPECT_EQ(result["schema"], "nifkit.devices/2");
   ASSERT_EQ(result["backends"].size(), 3u);
   EXPECT_EQ(result["backends"][1]["name"], "cuda");
   EXPECT_EQ(result["backends"][1]["available"], false);

@@ -218,7 +218,7 @@ TEST(Eval, OfAFreshBake) {
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_TRUE(without_progress(outcome.err).empty()) << outcome.err;
     const json result = json::parse(outcome.out);
-    EXPECT_EQ(result["schema"], "nifkit.eval/1");
+    EXPECT_EQ(result["schema"], "nifkit.eval/2");
     EXPECT_EQ(result["file"], asset);
     EXPECT_EQ(result["triangles"], 2 * 96 * 48);
     EXPECT_EQ(result["bytes"]["file"], std::filesystem::file_size(asset));
@@ -292,7 +292,7 @@ TEST(Eval, OfAFreshBake) {
     for (const char* word : {"ring.nif", "torus", "9216 triangles", "outer-lines"})
       EXPECT_NE(text.out.find(word), std::string::npos) << word << " in:\n" << text.out;
     const json info = json::parse(as_json.out);
-    EXPECT_EQ(info["schema"], "nifkit.info/1");
+    EXPECT_EQ(info["schema"], "nifkit.info/2");
     EXPECT_EQ(info["version"], 2);
     EXPECT_EQ(info["objects"][0]["triangles"], 9216);
     EXPECT_EQ(info["metadata"]["accuracy"]["segments"]["certain_wrong"], 0);

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <ostream>
 #include <regex>
 #include <sstream>
 #include <string>
@@ -28,6 +29,8 @@ struct Target {
   const char* product;       ///< the instruction that networks of integers are evaluated by
   const char* half_product;  ///< and those in half precision
   uint32_t wave;
+
+  friend std::ostream& operator<<(std::ostream& out, const Target& target) { return out << target.name; }
 };
 constexpr Target kTargets[] = {
     {"gfx1030", "v_dot4c_i32_i8", "v_dot2c_f32_f16", 32},

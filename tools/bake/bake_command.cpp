@@ -48,7 +48,7 @@
 namespace nif::tools {
 namespace {
 
-constexpr const char* kSchema = "nifkit.bake/1";
+constexpr const char* kSchema = "nifkit.bake/2";
 
 struct Arguments : RunArguments {
   std::string mesh, output, depfile, format;

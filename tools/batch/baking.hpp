@@ -34,7 +34,7 @@ struct BatchItem {
   Outcome outcome = Outcome::left;
   int code = 0;                   ///< if it failed: exit code of its bake
   std::string error;              ///< if it failed: one sentence
-  nlohmann::ordered_json report;  ///< nifkit.bake/1; null if there is none
+  nlohmann::ordered_json report;  ///< nifkit.bake/2; null if there is none
 };
 const char* name_of(BatchItem::Outcome outcome);
 

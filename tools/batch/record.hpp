@@ -27,7 +27,7 @@ struct BakeRecord {
   std::vector<std::string> options;  ///< BatchAsset::options
   std::vector<FileState> sources;    ///< all files that were read
   FileState asset;
-  nlohmann::ordered_json report;  ///< nifkit.bake/1
+  nlohmann::ordered_json report;  ///< nifkit.bake/2
 };
 
 /// The state of a file now; nothing if it does not exist or cannot be read. If `known` has the same size and

@@ -59,7 +59,7 @@ struct GpuBenchResult {
 /// Throws nif::Error; Error(usage) with the reason if there is no GPU.
 GpuBenchResult measure_gpu(const GpuBenchOptions& options, Progress& progress);
 
-inline constexpr const char* kGpuBenchSchema = "nifkit.bench-gpu/2";
+inline constexpr const char* kGpuBenchSchema = "nifkit.bench-gpu/3";
 
 /// docs/benchmark.md explains the fields of the schema.
 nlohmann::ordered_json to_json(const GpuBenchOptions& options, const GpuBenchResult& result);

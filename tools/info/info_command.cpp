@@ -21,7 +21,7 @@
 namespace nif::tools {
 namespace {
 
-constexpr const char* kSchema = "nifkit.info/1";
+constexpr const char* kSchema = "nifkit.info/2";
 
 struct Arguments {
   std::string file;

@@ -112,7 +112,7 @@ class BakeJob:
         self._end()
 
     def result(self) -> dict[str, Any]:
-        """Waits for the end. The report of the bake (schema nifkit.bake/1), with what it said beside in "said".
+        """Waits for the end. The report of the bake (schema nifkit.bake/2), with what it said beside in "said".
 
         Raises:
             BakeError: the bake failed, or was cancelled.

@@ -113,7 +113,7 @@ def test_files(tmp_path):
     mesh = tmp_path / "--cube one.obj"  # no option
     mesh.write_text("\n".join(lines) + "\n")
     report = nifkit.bake_file(mesh, tmp_path / "cube.nif", encoding="bvh", rays=2000, source_triangles=True)
-    assert report["schema"] == "nifkit.bake/1" and report["triangles"] == 12
+    assert report["schema"] == "nifkit.bake/2" and report["triangles"] == 12
     assert all(entry["error"] == 0 for entry in report["sets"].values())
     with nifkit.load(tmp_path / "cube.nif") as asset:
         assert asset.objects[0].encoding is Encoding.BVH and asset.objects[0].source_triangles == 12

@@ -45,11 +45,11 @@ Neighbours neighbours_of(const KnownCells& cells, const CellCube& cell) {
   return neighbours;
 }
 
-uint32_t surface_beyond(const KnownCells& cells, const CellCube& cell, uint32_t part) {
-  const CellCube cube = cell.part(part);
+uint32_t surface_beyond(const KnownCells& cells, const CellCube& cell, uint32_t octant) {
+  const CellCube cube = cell.child(octant);
   uint32_t sure = 0;
   for (size_t a = 0; a < 3; ++a) {
-    const bool above = part >> a & 1;
+    const bool above = octant >> a & 1;
     CellVector at = cube.place();
     at[a] += above ? cube.side : -cube.side;
     const FoundCell found = cells.look(at, cube.side);

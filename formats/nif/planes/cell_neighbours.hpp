@@ -1,4 +1,4 @@
-// What is around a cell that is coded: the contexts of whether it is cut, in which parts, and whether it
+// What is around a cell that is coded: the contexts of whether it is cut, into which children, and whether it
 // separates (docs/format.md, "Cells": "Cut", "Mask" and "Kind").
 #pragma once
 
@@ -19,8 +19,8 @@ struct Neighbours {
 };
 Neighbours neighbours_of(const KnownCells& cells, const CellCube& cell);
 
-/// How likely a surface meets the faces that a part of the cell shares with cells other than its siblings: 2
+/// How likely a surface meets the faces that a child of the cell shares with cells other than its siblings: 2
 /// for each face that is met, 1 if nothing is known of it.
-uint32_t surface_beyond(const KnownCells& cells, const CellCube& cell, uint32_t part);
+uint32_t surface_beyond(const KnownCells& cells, const CellCube& cell, uint32_t octant);
 
 }  // namespace nif::format

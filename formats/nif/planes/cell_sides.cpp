@@ -133,17 +133,17 @@ class Joiner {
   }
 
   /// Part `child` of a cell that is cut.
-  Cell part_of(const Cell& cell, uint32_t part) const {
+  Cell child_of(const Cell& cell, uint32_t octant) const {
     const uint32_t mask = kernels::link_mask(cell.word);
     Cell child{kernels::kEmptyChild, 0, cell.low, cell.size / 2};
     for (size_t a = 0; a < 3; ++a)
-      if (part >> a & 1) child.low[a] += child.size;
-    if (mask >> part & 1) {
-      const uint32_t index = kernels::link_child(cell.word, part);
+      if (octant >> a & 1) child.low[a] += child.size;
+    if (mask >> octant & 1) {
+      const uint32_t index = kernels::link_child(cell.word, octant);
       child.word = field_.children[index];
       child.node = nodes_[field_.surface_voxels + index];
     } else {
-      child.node = cell.node + uint32_t(std::popcount(~mask & ((1u << part) - 1)));
+      child.node = cell.node + uint32_t(std::popcount(~mask & ((1u << octant) - 1)));
     }
     return child;
   }
@@ -153,12 +153,12 @@ class Joiner {
   /// Joins the children of a cell with each other.
   void join_within(const Cell& cell) {
     if (!is_cut(cell)) return;
-    for (uint32_t part = 0; part < 8; ++part) {
-      const Cell child = part_of(cell, part);
+    for (uint32_t octant = 0; octant < 8; ++octant) {
+      const Cell child = child_of(cell, octant);
       join_within(child);
       for (int axis = 0; axis < 3; ++axis) {
-        if (part >> axis & 1) continue;
-        const Cell other = part_of(cell, part | 1u << axis);
+        if (octant >> axis & 1) continue;
+        const Cell other = child_of(cell, octant | 1u << axis);
         join(child, other, low_face(other, axis));
       }
     }
@@ -175,9 +175,9 @@ class Joiner {
       Face quarter{face.axis, face.low, face.size / 2};
       if (q & 1) quarter.low[b] += quarter.size;
       if (q & 2) quarter.low[c] += quarter.size;
-      const uint32_t part = (q & 1) << b | (q >> 1) << c;
-      join(is_cut(low) ? part_of(low, part | 1u << face.axis) : low,
-           is_cut(high) ? part_of(high, part) : high, quarter);
+      const uint32_t octant = (q & 1) << b | (q >> 1) << c;
+      join(is_cut(low) ? child_of(low, octant | 1u << face.axis) : low,
+           is_cut(high) ? child_of(high, octant) : high, quarter);
     }
   }
 

@@ -1,5 +1,5 @@
 // Checks planes in three passes, each relying on the one before: bricks, then the words of cells, then their
-// sides. Links must name all parts in order, so each part belongs to one cell and there are no cycles.
+// sides. Links must name all children in order, so each child belongs to one cell and there are no cycles.
 #include "formats/nif/planes/check_planes.hpp"
 
 #include <bit>

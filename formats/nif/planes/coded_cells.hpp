@@ -32,7 +32,7 @@ struct CellModels {
   static constexpr int32_t kRim = 22, kOuterRim = 27;
 
   BitModel cut[kernels::kMaxLevels][8][5];  ///< level, Neighbours::thickest, ::cut
-  BitModel mask[4][4][4][8];    ///< faces at siblings, siblings there, surface beyond, parts so far
+  BitModel mask[4][4][4][8];    ///< faces at siblings, siblings there, surface beyond, children so far
   BitModel bare[kLevels];       ///< level
   SymbolModel<4> kind[2];       ///< bare
   BitModel separates[2][5][4];  ///< bare, Neighbours::separating, ::passable
@@ -57,7 +57,7 @@ class CellCoder {
   bool code(const kernels::PlanesField* truth, bool kinds_stated) {
     kinds_stated_ = kinds_stated;
     for (uint32_t i = 0; i < cells_.count(); ++i) {
-      if (i >= cells_.named()) return false;  // a part of no cell
+      if (i >= cells_.named()) return false;  // a child of no cell
       const uint32_t word = truth == nullptr           ? kernels::kBareCell
                             : i < grid_.surface_voxels ? truth->voxel_records[i]
                                                        : truth->children[i - grid_.surface_voxels];
@@ -89,16 +89,17 @@ class CellCoder {
 
   uint32_t code_mask(const CellCube& cell, uint32_t truth) {
     uint32_t mask = 0;
-    for (uint32_t part = 0; part < 8; ++part) {
+    for (uint32_t octant = 0; octant < 8; ++octant) {
       uint32_t siblings = 0, there = 0;  // known, on its faces
       for (uint32_t a = 0; a < 3; ++a) {
-        if (!(part >> a & 1)) continue;
+        if (!(octant >> a & 1)) continue;
         ++siblings;
-        there += mask >> (part ^ 1u << a) & 1;
+        there += mask >> (octant ^ 1u << a) & 1;
       }
-      const uint32_t beyond = surface_beyond(cells_, cell, part) / 2,
+      const uint32_t beyond = surface_beyond(cells_, cell, octant) / 2,
                      before = std::min(uint32_t(std::popcount(mask)), 7u);
-      mask |= uint32_t{coder_.bit(models_->mask[siblings][there][beyond][before], truth >> part & 1)} << part;
+      mask |= uint32_t{coder_.bit(models_->mask[siblings][there][beyond][before], truth >> octant & 1)}
+              << octant;
     }
     return mask;
   }

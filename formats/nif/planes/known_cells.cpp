@@ -6,7 +6,7 @@
 
 namespace nif::format {
 
-CellCube CellCube::part(uint32_t k) const {
+CellCube CellCube::child(uint32_t k) const {
   CellCube half{low, int16_t(side / 2)};
   for (size_t a = 0; a < 3; ++a)
     if (k >> a & 1) half.low[a] = int16_t(low[a] + half.side);
@@ -55,10 +55,10 @@ FoundCell KnownCells::look(const CellVector& at, int32_t side) const {
   found.side = 1 << grid_.levels;
   while (found.is_cut() && found.side > side) {
     found.side >>= 1;
-    uint32_t part = 0;
-    for (size_t a = 0; a < 3; ++a) part |= (at[a] & found.side) != 0 ? 1u << a : 0u;
-    const bool exists = kernels::link_mask(found.word) >> part & 1;
-    found.word = exists ? grid_.children[kernels::link_child(found.word, part)] : kernels::kEmptyChild;
+    uint32_t octant = 0;
+    for (size_t a = 0; a < 3; ++a) octant |= (at[a] & found.side) != 0 ? 1u << a : 0u;
+    const bool exists = kernels::link_mask(found.word) >> octant & 1;
+    found.word = exists ? grid_.children[kernels::link_child(found.word, octant)] : kernels::kEmptyChild;
   }
   if (found.has_planes())  // others are not asked where they are
     for (size_t a = 0; a < 3; ++a) found.low[a] = at[a] & ~(found.side - 1);
@@ -66,11 +66,11 @@ FoundCell KnownCells::look(const CellVector& at, int32_t side) const {
 }
 
 bool KnownCells::cut(uint32_t i, uint32_t mask) {
-  const auto parts = uint32_t(std::popcount(mask));
-  if (parts == 0 || parts > count() - named()) return false;
+  const auto children = uint32_t(std::popcount(mask));
+  if (children == 0 || children > count() - named()) return false;
   words_[i] = kernels::make_link(mask, named() - grid_.surface_voxels);
   for (uint32_t k = 0; k < 8; ++k)
-    if (mask >> k & 1) cells_.push_back(cells_[i].part(k));
+    if (mask >> k & 1) cells_.push_back(cells_[i].child(k));
   return true;
 }
 

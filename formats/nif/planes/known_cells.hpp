@@ -22,7 +22,7 @@ struct CellCube {
   CellVector place() const { return {low[0], low[1], low[2]}; }
   /// Twice its middle, which may lie between finest cells.
   CellVector middle() const { return {2 * low[0] + side, 2 * low[1] + side, 2 * low[2] + side}; }
-  CellCube part(uint32_t k) const;
+  CellCube child(uint32_t k) const;
 };
 
 /// A place times this, over 128, is a height above the middle of a cell.

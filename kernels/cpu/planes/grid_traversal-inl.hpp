@@ -135,7 +135,7 @@ class GridTraversal {
     rays_.waiting.push(rays, skip_empty_space<Log::kInOrder>(grid_, rays, setup.meets), p.waiting);
   }
 
-  /// Descends from a group's cells that are cut in parts of 2^level finest cells to the part that holds the
+  /// Descends from a group's cells that are cut into children of 2^level finest cells to the child that holds the
   /// ray.
   HWY_INLINE void follow_links(uint32_t group, uint32_t level, const Progress& p) {
     const Floats d;
@@ -163,7 +163,7 @@ class GridTraversal {
     const auto empty = is_kind(rays.word, kEmptyVoxel);
     const auto is_empty = hn::RebindMask(d, empty);
 
-    // A missing part has no box beyond itself.
+    // A missing child has no box beyond itself.
     const auto reach = hn::IfThenElseZero(empty, grid_.reach_of(rays.word, rays.info));
     const Exits exits(rays, size, reach, grid_.voxel_size());
     const auto leaves_cube = hn::Lt(exits.nearest, rays.leave);

@@ -1,5 +1,5 @@
 // The words of a grid (kernels/packed/traversal_words.hpp), read for one ray per lane: those of voxels or
-// bricks, and those of the parts that cells are cut into.
+// bricks, and those of the children that cells are cut into.
 //
 // Compiled once for each target, so the include guard toggles.
 #if defined(NIF_PLANES_LANE_GRID_INL) == defined(HWY_TARGET_TOGGLE)
@@ -25,7 +25,7 @@ class LaneGrid {
   LaneGrid(const PlanesField& field, const TraversalGrid& grid)
       : top_(reinterpret_cast<const int32_t*>(grid.top().data())),
         voxels_(reinterpret_cast<const int32_t*>(grid.voxels.data())),
-        parts_(reinterpret_cast<const int32_t*>(grid.children.data())),
+        children_(reinterpret_cast<const int32_t*>(grid.children.data())),
         levels_(field.levels),
         link_levels_(grid.children.empty() ? 0 : field.levels),
         brick_levels_(grid.brick_levels),
@@ -50,7 +50,7 @@ class LaneGrid {
 
   /// In finest cells.
   float voxel_size() const { return voxel_size_; }
-  /// How often links lead from a cell to its parts, at most.
+  /// How often links lead from a cell to its children, at most.
   uint32_t link_levels() const { return link_levels_; }
 
   /// The words of the voxels, or of the bricks, that hold the given lanes' cells.
@@ -80,23 +80,23 @@ class LaneGrid {
     return hn::IfThenElse(mixed, of_voxel, word);
   }
 
-  /// The words of the parts of 2^level finest cells that hold the given lanes' cells. `from`: the words of
-  /// the cells that are cut in these parts.
+  /// The words of the children of 2^level finest cells that hold the given lanes' cells. `from`: the words of
+  /// the cells that are cut into these children.
   HWY_INLINE hn::Vec<Ints> parts_at(hn::Vec<Ints> from, uint32_t level, const hn::Vec<Floats> (&cell)[3],
                                     hn::Vec<Ints> info, hn::Mask<Ints> lanes) const {
     const Ints di;
     // Mirrored cell c is cell -c - 1, whose bits are inverted.
     const auto half = hn::Set(di, 1 << level);
-    auto part = hn::And(info, hn::Set(di, kOctant));
+    auto octant = hn::And(info, hn::Set(di, kOctant));
     for (uint32_t a = 0; a < 3; ++a)
-      part = hn::Xor(part, hn::IfThenElseZero(hn::TestBit(to_ints(cell[a]), half), hn::Set(di, 1 << a)));
+      octant = hn::Xor(octant, hn::IfThenElseZero(hn::TestBit(to_ints(cell[a]), half), hn::Set(di, 1 << a)));
     const auto mask = hn::ShiftRight<4>(from);
-    const auto bit = shifted(1, part);
+    const auto bit = shifted(1, octant);
     const auto there = hn::And(hn::TestBit(mask, bit), lanes);
     const auto before = count_bits(hn::And(mask, hn::Sub(bit, hn::Set(di, 1))));
     const auto first = hn::BitCast(di, hn::ShiftRight<12>(hn::BitCast(Words(), from)));
     const auto index = hn::IfThenElseZero(there, hn::Add(first, before));
-    return hn::IfThenElse(there, hn::GatherIndex(di, parts_, index), hn::Set(di, int32_t(kEmptyChild)));
+    return hn::IfThenElse(there, hn::GatherIndex(di, children_, index), hn::Set(di, int32_t(kEmptyChild)));
   }
 
   /// Sizes of the cubes that words stand for: `size`, except for bricks.
@@ -120,7 +120,7 @@ class LaneGrid {
  private:
   const int32_t* top_;  ///< words of bricks, or of voxels if there are none
   const int32_t* voxels_;
-  const int32_t* parts_;
+  const int32_t* children_;
   uint32_t levels_;
   uint32_t link_levels_;
   uint32_t brick_levels_;
