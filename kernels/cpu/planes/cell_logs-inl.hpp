@@ -180,9 +180,10 @@ struct FirstHitCellLog : RangeLog {
   HWY_INLINE void start(const RaySetup<kInOrder>&, uint32_t first) {
     hn::StoreU(hn::Set(Ints(), -1), Ints(), rank + first);
   }
-  HWY_INLINE void pass(const Passage& passage, uint32_t at, LogCounts& counts) {
-    cells.add(passage, counts);
-    keep(passage.last_enter(), passage.last_leave(), passage.active, passage.active, at);
+  HWY_INLINE void pass(const Passage& passage, uint32_t, LogCounts& counts) { cells.add(passage, counts); }
+  HWY_INLINE void block(const Blocked& blocked, uint32_t at) {
+    const auto& active = blocked.passage.active;
+    keep(blocked.last_enter(), blocked.last_leave(), active, active, at);
   }
   HWY_INLINE void finish(const LanesTogether& together, hn::Vec<Ints> info, uint32_t at,
                          const LogCounts& counts) {

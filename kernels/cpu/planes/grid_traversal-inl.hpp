@@ -172,22 +172,24 @@ class GridTraversal {
     const PassageHeights heights(rays, exits.low, size, left);
     const SlabSides sides(Slabs(rays.word, size), heights.enter, heights.leave);
     const auto open = hn::AndNot(sides.misses(), hn::AndNot(is_empty, active));
+    const Passage passage{.rays = rays,
+                          .left = left,
+                          .size = size,
+                          .heights = heights,
+                          .active = active,
+                          .empty = is_empty,
+                          .open = open};
+    log_.pass(passage, at, p.logged);
+
     const auto seen = hn::IfThenElse(empty, hn::ShiftRight<4>(rays.word), facts_.seen(rays.word, sides));
     const auto before_end =
         hn::Or(hn::Or(rays.info, hn::And(hn::ShiftLeft<kSeenShift>(seen), hn::Set(di, kSeenSides))),
                bits_if(open, hn::Set(di, int32_t(kHasOpenCell))));
     const auto info = with_end<Log::kInOrder>(before_end, leaves_cube);
     const auto blocked = hn::RebindMask(d, is_blocked(info));
-    log_.pass({.rays = rays,
-               .left = left,
-               .size = size,
-               .heights = heights,
-               .active = active,
-               .empty = is_empty,
-               .open = open,
-               .blocked_by_cube = hn::RebindMask(d, is_blocked(before_end)),
-               .blocked = blocked},
-              at, p.logged);
+    if constexpr (Log::kInOrder)
+      log_.block({.passage = passage, .by_cube = hn::RebindMask(d, is_blocked(before_end)), .rays = blocked},
+                 at);
     const uint32_t goes_on = bits_of(hn::AndNot(blocked, leaves_cube)) & lanes.active;
 
     for (uint32_t a = 0; a < 3; ++a) hn::Store(exits.t[a], d, exit_[a] + at);

@@ -72,11 +72,13 @@ struct FirstHitRangeLog : RangeLog {
   static constexpr bool kInOrder = true;
 
   HWY_INLINE void start(const RaySetup<kInOrder>&, uint32_t) {}
-  HWY_INLINE void pass(const Passage& passage, uint32_t at, LogCounts&) {
+  HWY_INLINE void pass(const Passage&, uint32_t, const LogCounts&) {}
+  HWY_INLINE void block(const Blocked& blocked, uint32_t at) {
+    const Passage& passage = blocked.passage;
     const auto& open = passage.open;
-    const auto counts = hn::Or(open, hn::And(passage.blocked, passage.active));
-    keep(hn::IfThenElse(open, passage.rays.now, passage.last_enter()),
-         hn::IfThenElse(open, passage.left, passage.last_leave()), hn::And(counts, passage.first_open()),
+    const auto counts = hn::Or(open, hn::And(blocked.rays, passage.active));
+    keep(hn::IfThenElse(open, passage.rays.now, blocked.last_enter()),
+         hn::IfThenElse(open, passage.left, blocked.last_leave()), hn::And(counts, passage.first_open()),
          counts, at);
   }
   HWY_INLINE void collect(const LogCounts& counts, AnswerBatch&, HardRays&) { count = counts.ends; }

@@ -44,8 +44,6 @@ struct Passage {
   hn::Mask<Floats> active;  ///< lanes with a ray
   hn::Mask<Floats> empty;   ///< cubes that are empty voxels
   hn::Mask<Floats> open;    ///< cubes that are open cells
-  hn::Mask<Floats> blocked_by_cube;
-  hn::Mask<Floats> blocked;  ///< by the cube, or because the ray ends there
 
   /// Rays without an open cell so far.
   HWY_INLINE hn::Mask<Floats> first_open() const {
@@ -53,11 +51,20 @@ struct Passage {
     const auto opened = hn::And(rays.info, hn::Set(di, int32_t(kHasOpenCell)));
     return hn::RebindMask(Floats(), hn::Eq(opened, hn::Zero(di)));
   }
-  // For blocked rays, and as TraversalResult::last_enter and last_leave: the range of t in which that became
-  // known.
-  HWY_INLINE hn::Vec<Floats> last_enter() const { return hn::IfThenElse(blocked_by_cube, rays.now, left); }
+};
+
+/// Which rays a passage blocks.
+struct Blocked {
+  const Passage& passage;
+  hn::Mask<Floats> by_cube;
+  hn::Mask<Floats> rays;  ///< by the cube, or because the ray ends there
+
+  // As TraversalResult::last_enter and last_leave: the range of t in which that became known.
+  HWY_INLINE hn::Vec<Floats> last_enter() const {
+    return hn::IfThenElse(by_cube, passage.rays.now, passage.left);
+  }
   HWY_INLINE hn::Vec<Floats> last_leave() const {
-    return hn::IfThenElse(hn::And(blocked_by_cube, empty), rays.now, left);
+    return hn::IfThenElse(hn::And(by_cube, passage.empty), passage.rays.now, passage.left);
   }
 };
 
@@ -66,18 +73,21 @@ struct Passage {
 /// - kInOrder: follow rays until they meet something, as follow_segment<true>() does. If false, a ray ends as
 ///   soon as it is known that it is blocked, maybe by its end outside of the grid;
 /// - start(setup, first): the rays of the batch from `first` on have been set up;
-/// - pass(passage, at, counts): the group at slot `at` has passed a cube each;
+/// - pass(passage, at, counts): the group at slot `at` has passed a cube each. This comes before it is known
+///   which rays that blocks: what a log stores must not wait for it;
+/// - block(blocked, at), only in order: these rays of the group are blocked;
 /// - finish(together, info, at, counts): rays of the group at slot `at` are done. `together` moves them to the
 ///   front, and the caller counts them. Rays that met no open cell and are not blocked are left out;
 /// - collect(counts, answers, hard): the traversal pauses or ends. Answers the rays that the log does not
 ///   keep, and adds those that it has no room for to the hard rays.
 template <class Log>
 concept TraversalLog = requires(Log log, const RaySetup<Log::kInOrder>& setup, const Passage& passage,
-                                const LanesTogether& together, hn::Vec<Ints> info, uint32_t at,
-                                LogCounts& counts, AnswerBatch& answers, HardRays& hard) {
+                                const Blocked& blocked, const LanesTogether& together, hn::Vec<Ints> info,
+                                uint32_t at, LogCounts& counts, AnswerBatch& answers, HardRays& hard) {
   { Log::kInOrder } -> std::convertible_to<bool>;
   log.start(setup, at);
   log.pass(passage, at, counts);
+  requires !Log::kInOrder || requires { log.block(blocked, at); };
   log.finish(together, info, at, counts);
   log.collect(counts, answers, hard);
 };
