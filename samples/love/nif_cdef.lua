@@ -26,7 +26,7 @@ typedef struct NifDeviceInfo {
   uint32_t reserved;
   const char* isa;
   const char* backend;
-  const char* card;
+  const char* gpu;
 } NifDeviceInfo;
 NifError nifGetDeviceInfo(NifDevice device, NifDeviceInfo* info);
 

@@ -280,7 +280,7 @@ TEST_P(GpuCodeTest, RoundsAsTheReference) {
   EXPECT_NE(assembly_.find("sqrt.rn.f32"), std::string::npos);
   for (const char* loose : {"mad.f32", ".approx", ".ftz", "div.full"})
     EXPECT_EQ(assembly_.find(loose), std::string::npos) << loose;
-  // Fused are those products of the leaping traversal that are exact, or estimates, and no others. In each
+  // Fused are those products of the skipping traversal that are exact, or estimates, and no others. In each
   // traversal they are five along each axis: the cell's number, the plane of the exit, how far the segment
   // has come, its estimated cell, and the plane to compare with.
   for (const auto& [name, bounds] : kBounds) {

@@ -23,7 +23,7 @@ bool planes_meet_face(const FoundCell& found, const CellCube& cube, size_t axis,
       reach += std::abs(normal[a]) * cube.side;
     height += normal[a] * from;
   }
-  const int64_t unit = place_unit(found.side);
+  const int64_t unit = offset_unit(found.side);
   return 64 * (height + reach) >= (found.lower() - 128) * unit &&
          64 * (height - reach) <= (found.upper() - 128) * unit;
 }
@@ -39,7 +39,7 @@ Neighbours neighbours_of(const KnownCells& cells, const CellCube& cell) {
     neighbours.cut += found.is_cut();
     if (!found.has_planes()) continue;
     ++(separates(kernels::word_kind(found.word)) ? neighbours.separating : neighbours.passable);
-    const int32_t distance = (found.upper() - found.lower()) * place_unit(found.side) / 128;
+    const int32_t distance = (found.upper() - found.lower()) * offset_unit(found.side) / 128;
     neighbours.thickest = std::max(neighbours.thickest, uint32_t(std::bit_width(uint32_t(distance))));
   }
   return neighbours;

@@ -18,9 +18,9 @@ constexpr int32_t weight_of_larger(int32_t weight) { return (weight + 1) / 2; }
 /// Bounds of the mean difference of normals from their mean, which is kNormalSum long.
 constexpr int32_t kNormalSpreads[] = {3, 6, 10, 16, 24, 40};
 static_assert(std::size(kNormalSpreads) + 3 == kDoubts);
-/// Bounds of half the distance between the heights that neighbours expect, in places.
+/// Bounds of half the distance between the heights that neighbours expect, in offsets.
 constexpr int32_t kHeightSpreads[] = {4, 10, 20, 40, 80};
-static_assert(std::size(kHeightSpreads) + 3 == kPlaceDoubts);
+static_assert(std::size(kHeightSpreads) + 3 == kOffsetDoubts);
 
 constexpr int32_t kFraction = 256;  // of a finest cell, and of a unit of height
 
@@ -42,7 +42,7 @@ CellHint hint_of(const FoundCell& found, const CellCube& cell, size_t face) {
   CellVector middle = cell.middle(), from;  // of the face; and to it from the neighbour's middle; times two
   middle[face / 2] += face % 2 ? cell.side : -cell.side;
   for (size_t a = 0; a < 3; ++a) from[a] = middle[a] - 2 * found.low[a] - found.side;
-  const int64_t between = int64_t{found.lower() + found.upper() - kFraction} * place_unit(found.side),
+  const int64_t between = int64_t{found.lower() + found.upper() - kFraction} * offset_unit(found.side),
                 off = between - dot(hint.normal, from) * (kFraction / 2),  // height that the middle lacks
       length = dot(hint.normal, hint.normal);
   const int64_t along = off * 4096 / length;  // one division, which is slow, instead of three
@@ -56,7 +56,7 @@ CellHint hint_of(const FoundCell& found, const CellCube& cell, size_t face) {
   size_t reach = 0;
   while (reach < std::size(kFar) && beyond(kFar[reach])) ++reach;
   hint.weight = found.side > cell.side ? weight_of_larger(kWeights[reach]) : kWeights[reach];
-  hint.thickness = (found.upper() - found.lower()) * place_unit(found.side) * cell.side / found.side;
+  hint.thickness = (found.upper() - found.lower()) * offset_unit(found.side) * cell.side / found.side;
   return hint;
 }
 
@@ -102,19 +102,19 @@ uint32_t thickness_class(const CellPrediction& prediction, const CellCube& cell)
   int64_t sum = 0;
   for (size_t h = 0; h < prediction.count; ++h)
     sum += int64_t{prediction.hints[h].thickness} * prediction.hints[h].weight;
-  const auto mean = uint32_t(sum / prediction.weight / place_unit(cell.side));
+  const auto mean = uint32_t(sum / prediction.weight / offset_unit(cell.side));
   const auto bits = uint32_t(std::bit_width(mean));
   if (bits < 2) return 2 * bits;
   const uint32_t lower_half = ~mean >> (bits - 2) & 1;
   return std::min(2 * bits - lower_half, kThicknessClasses - 1);
 }
 
-PlacePrediction predict_place(const CellPrediction& prediction, const CellCube& cell,
-                              const CellVector& normal, int32_t thickness) {
-  constexpr int32_t kPlaces = kernels::kPlaneOffsets;
+OffsetPrediction predict_lower(const CellPrediction& prediction, const CellCube& cell,
+                               const CellVector& normal, int32_t thickness) {
+  constexpr int32_t kOffsets = kernels::kPlaneOffsets;
   const CellVector middle = cell.middle();
-  const int32_t unit = place_unit(cell.side);
-  int32_t twice = kPlaces;  // the place in the middle between the planes
+  const int32_t unit = offset_unit(cell.side);
+  int32_t twice = kOffsets;  // the offset in the middle between the planes
   auto doubt = uint32_t(prediction.count);
   if (prediction.count > 0) {
     int64_t sum = 0, lowest = INT64_MAX, highest = INT64_MIN;  // heights of the surface, times 256
@@ -127,10 +127,10 @@ PlacePrediction predict_place(const CellPrediction& prediction, const CellCube& 
       lowest = std::min(lowest, height);
       highest = std::max(highest, height);
     }
-    twice += int32_t(std::clamp<int64_t>(rounded(sum / prediction.weight, unit), 1 - kPlaces, kPlaces - 1));
+    twice += int32_t(std::clamp<int64_t>(rounded(sum / prediction.weight, unit), 1 - kOffsets, kOffsets - 1));
     if (prediction.count > 1) doubt = 2 + rank((highest - lowest) / unit / 2, kHeightSpreads);
   }
-  return {std::clamp((twice - thickness) >> 1, 0, kPlaces - thickness), doubt};
+  return {std::clamp((twice - thickness) >> 1, 0, kOffsets - thickness), doubt};
 }
 
 }  // namespace nif::format

@@ -1,5 +1,5 @@
 // What the planes of neighbours let expect of a cell's own planes (docs/format.md, "Cells": "Prediction from
-// neighbours", "Thickness", "Normal" and "Lower place"). All in integers, so that every reader expects the
+// neighbours", "Thickness", "Normal" and "Lower offset"). All in integers, so that every reader expects the
 // same. docs/results/coding.md says what each of the constants is worth.
 #pragma once
 
@@ -16,7 +16,8 @@ struct CellHint {
   CellVector normal;
   std::array<int64_t, 3> surface;  ///< near the face's middle, between the planes; in 1/256 of a finest cell
   int32_t weight;
-  int32_t thickness;  ///< distance of the planes, as units times places if the cell were as large as this one
+  int32_t
+      thickness;  ///< distance of the planes, as units times offsets if the cell were as large as this one
 };
 
 /// What all hints together say. u and v are -31 to 31, as in docs/format.md.
@@ -35,14 +36,14 @@ uint32_t thickness_class(const CellPrediction& prediction, const CellCube& cell)
 inline constexpr uint32_t kThicknessClasses = 16;
 
 /// Where the lower plane is expected, given the normal and the thickness, which is the distance of the planes
-/// in places.
-struct PlacePrediction {
+/// in offsets.
+struct OffsetPrediction {
   int32_t lower;
   uint32_t doubt;  ///< 0: nothing is known; 1: one hint; 2 to 7: higher the less the heights agree
 };
-inline constexpr uint32_t kPlaceDoubts = 8;
-PlacePrediction predict_place(const CellPrediction& prediction, const CellCube& cell,
-                              const CellVector& normal, int32_t thickness);
+inline constexpr uint32_t kOffsetDoubts = 8;
+OffsetPrediction predict_lower(const CellPrediction& prediction, const CellCube& cell,
+                               const CellVector& normal, int32_t thickness);
 
 /// How many of the bounds, which ascend, are at most the value.
 template <size_t kCount>

@@ -23,9 +23,9 @@ namespace nif::format {
 /// context is worth.
 struct CellModels {
   static constexpr uint32_t kLevels = kernels::kMaxLevels + 1;
-  /// Bounds of the distance between planes, in places: the closer they are, the better the normal is known,
-  /// and the worse the place.
-  static constexpr int32_t kForNormal[] = {8, 20, 48}, kForPlace[] = {6, 12, 24, 48};
+  /// Bounds of the distance between planes, in offsets: the closer they are, the better the normal is known,
+  /// and the worse the offset.
+  static constexpr int32_t kForNormal[] = {8, 20, 48}, kForOffset[] = {6, 12, 24, 48};
   /// Bounds of how far u was from what was expected.
   static constexpr int32_t kMisses[] = {1, 3, 7};
   /// From this |u| or |v| on, the normal may be nearer to the opposite of the expected one; and nearly z = 0.
@@ -40,7 +40,7 @@ struct CellModels {
   BitModel turned[2];                                       ///< beyond the outer rim
   DifferenceModel<6> u[kDoubts][4];                         ///< doubt, rank of the thickness
   DifferenceModel<6> v[kDoubts][4][4];                      ///< likewise, and rank of the miss of u
-  DifferenceModel<8> lower[kPlaceDoubts][5];                ///< doubt of the place, rank of the thickness
+  DifferenceModel<8> lower[kOffsetDoubts][5];               ///< doubt of the offset, rank of the thickness
 };
 
 template <class Coder>
@@ -119,25 +119,25 @@ class CellCoder {
 
   /// `word` has the kind, and receives the rest. Returns false if that is out of range.
   bool code_planes(const CellCube& cell, const Neighbours& neighbours, uint32_t truth, uint32_t& word) {
-    constexpr int32_t kHalf = kernels::kNormalHalf, kPlaces = kernels::kPlaneOffsets;
+    constexpr int32_t kHalf = kernels::kNormalHalf, kOffsets = kernels::kPlaneOffsets;
     const uint32_t kind = kernels::word_kind(word);
     const CellPrediction prediction = predict_planes(neighbours, cell);
     const int32_t thickness =
         code_thickness(cell, separates(kind), prediction,
                        int32_t(kernels::upper_offset(truth)) - int32_t(kernels::lower_offset(truth)));
-    if (thickness > kPlaces) return false;
+    if (thickness > kOffsets) return false;
     int32_t u = int32_t(truth >> 4 & 63) - kHalf, v = int32_t(truth >> 10 & 63) - kHalf;
     if (!code_normal(prediction, thickness, u, v)) return false;
     const uint32_t u_bits = uint32_t(u + kHalf), v_bits = uint32_t(v + kHalf);
     const CellVector normal = FoundCell{kernels::make_planes(kind, u_bits, v_bits, 0, 1)}.normal();
-    const int32_t lower = code_lower(predict_place(prediction, cell, normal, thickness), thickness,
+    const int32_t lower = code_lower(predict_lower(prediction, cell, normal, thickness), thickness,
                                      int32_t(kernels::lower_offset(truth)));
-    if (lower < 0 || lower + thickness > kPlaces) return false;
+    if (lower < 0 || lower + thickness > kOffsets) return false;
     word = kernels::make_planes(kind, u_bits, v_bits, uint32_t(lower), uint32_t(lower + thickness));
     return true;
   }
 
-  /// Of the planes, in places.
+  /// Of the planes, in offsets.
   int32_t code_thickness(const CellCube& cell, bool separates, const CellPrediction& prediction,
                          int32_t truth) {
     auto& models = models_->thickness[cells_.level(cell)][separates];
@@ -162,10 +162,10 @@ class CellCoder {
   }
 
   /// May be out of range.
-  int32_t code_lower(const PlacePrediction& prediction, int32_t thickness, int32_t truth) {
+  int32_t code_lower(const OffsetPrediction& prediction, int32_t thickness, int32_t truth) {
     auto& models = models_->lower[prediction.doubt];
     return prediction.lower +
-           models[rank(thickness, CellModels::kForPlace)].code(coder_, truth - prediction.lower);
+           models[rank(thickness, CellModels::kForOffset)].code(coder_, truth - prediction.lower);
   }
 
   Coder& coder_;

@@ -32,7 +32,7 @@ struct OccupancyArrays {
 /// The states of voxels while they become known, brick by brick, and what they let expect of the next ones.
 class KnownVoxels {
  public:
-  using Place = std::array<int32_t, 3>;  ///< of a voxel, or of a brick in the grid of bricks
+  using Coordinates = std::array<int32_t, 3>;  ///< of a voxel, or of a brick in the grid of bricks
 
   /// Kinds of bricks, and states of voxels: those of BrickTableEntry, and two more.
   static constexpr uint32_t kMixed = kernels::kFirstMixedBrick, kSurface = kMixed, kNone = kMixed + 1,
@@ -43,24 +43,24 @@ class KnownVoxels {
   KnownVoxels(const kernels::PlanesField& grid, const OccupancyArrays<std::byte>& to)
       : grid_(grid), to_(to) {}
 
-  bool within_grid(const Place& voxel) const { return within(voxel, grid_.voxels); }
-  uint16_t& entry(const Place& brick) const {
+  bool within_grid(const Coordinates& voxel) const { return within(voxel, grid_.voxels); }
+  uint16_t& entry(const Coordinates& brick) const {
     const size_t row = size_t(brick[1]) + grid_.bricks[1] * size_t(brick[2]);
     return to_.brick_table[size_t(brick[0]) + grid_.bricks[0] * row];
   }
   /// kNone beyond the grid.
-  uint32_t kind(const Place& brick) const {
+  uint32_t kind(const Coordinates& brick) const {
     return within(brick, grid_.bricks) ? std::min<uint32_t>(entry(brick), kMixed) : kNone;
   }
   /// Outside beyond the grid, and for voxels in mixed bricks that are not known yet.
-  uint32_t state(const Place& voxel) const {
+  uint32_t state(const Coordinates& voxel) const {
     const uint32_t whole = state_of_brick(voxel);
     if (whole != kNone) return whole;
     const uint32_t bit = uint32_t(voxel[0] & 3) + 4 * uint32_t(voxel[1] & 3) + 16 * uint32_t(voxel[2] & 3);
     return uint32_t(kernels::state_in(to_.brick_states[entry(brick_of(voxel)) - kMixed], bit));
   }
   /// The same, but kNone in mixed bricks.
-  uint32_t state_of_brick(const Place& voxel) const {
+  uint32_t state_of_brick(const Coordinates& voxel) const {
     if (!within_grid(voxel)) return kernels::kBrickOutside;
     const uint32_t known = entry(brick_of(voxel));
     return known < kMixed ? known : kNone;
@@ -71,7 +71,7 @@ class KnownVoxels {
     uint32_t like;     ///< the state of a neighbour that is not surface, or kNone
   };
   static constexpr uint32_t kNeighbours = 13;
-  Context context(const Place& voxel) const {
+  Context context(const Coordinates& voxel) const {
     static constexpr int8_t kBefore[kNeighbours - 1][3] = {{-1, 0, 0},  {0, -1, 0},  {0, 0, -1}, {-1, -1, 0},
                                                            {-1, 0, -1}, {0, -1, -1}, {1, -1, 0}, {1, 0, -1},
                                                            {0, 1, -1},  {-2, 0, 0},  {0, -2, 0}, {0, 0, -2}};
@@ -83,7 +83,7 @@ class KnownVoxels {
       if (i < 3 && beside != kSurface) context.like = beside;
     }
     for (size_t a = 0; a < 3; ++a) {
-      Place after = voxel;
+      Coordinates after = voxel;
       ++after[a];
       const uint32_t beside = state_of_brick(after);
       if (beside == kNone) continue;
@@ -94,12 +94,14 @@ class KnownVoxels {
   }
 
  private:
-  static bool within(const Place& at, const uint32_t (&size)[3]) {
+  static bool within(const Coordinates& at, const uint32_t (&size)[3]) {
     for (size_t a = 0; a < 3; ++a)
       if (at[a] < 0 || at[a] >= int32_t(size[a])) return false;
     return true;
   }
-  static Place brick_of(const Place& voxel) { return {voxel[0] >> 2, voxel[1] >> 2, voxel[2] >> 2}; }
+  static Coordinates brick_of(const Coordinates& voxel) {
+    return {voxel[0] >> 2, voxel[1] >> 2, voxel[2] >> 2};
+  }
 
   const kernels::PlanesField& grid_;
   const OccupancyArrays<std::byte> to_;
@@ -120,7 +122,7 @@ class OccupancyCoder {
     if (!code_bricks(truth)) return false;
     uint32_t voxels = 0;
     bool good = true;
-    each_brick([&](const Place& brick) {
+    each_brick([&](const Coordinates& brick) {
       const uint32_t entry = known_.entry(brick);
       if (!good || entry < KnownVoxels::kMixed) return;
       const uint32_t i = entry - KnownVoxels::kMixed;
@@ -132,7 +134,7 @@ class OccupancyCoder {
   }
 
  private:
-  using Place = KnownVoxels::Place;
+  using Coordinates = KnownVoxels::Coordinates;
 
   struct Models {
     static constexpr uint32_t kKinds = KnownVoxels::kKinds;
@@ -145,13 +147,13 @@ class OccupancyCoder {
   void each_brick(const Visit& visit) const {
     for (int32_t z = 0; z < int32_t(grid_.bricks[2]); ++z)
       for (int32_t y = 0; y < int32_t(grid_.bricks[1]); ++y)
-        for (int32_t x = 0; x < int32_t(grid_.bricks[0]); ++x) visit(Place{x, y, z});
+        for (int32_t x = 0; x < int32_t(grid_.bricks[0]); ++x) visit(Coordinates{x, y, z});
   }
 
   bool code_bricks(const kernels::PlanesField* truth) {
     uint32_t mixed = 0;
     size_t brick = 0;
-    each_brick([&](const Place& at) {
+    each_brick([&](const Coordinates& at) {
       const uint32_t wanted =
           truth ? std::min<uint32_t>(truth->brick_table[brick++], KnownVoxels::kMixed) : 0;
       const uint32_t kind = code_kind(at, wanted);
@@ -160,17 +162,18 @@ class OccupancyCoder {
     return mixed == grid_.mixed_bricks;
   }
 
-  uint32_t code_kind(const Place& brick, uint32_t truth) {
+  uint32_t code_kind(const Coordinates& brick, uint32_t truth) {
     const auto [x, y, z] = brick;
     return models_->kind[known_.kind({x - 1, y, z})][known_.kind({x, y - 1, z})][known_.kind({x, y, z - 1})]
         .code(coder_, truth);
   }
 
   /// Codes the voxels of a mixed brick. `truth` is null when decoding.
-  bool code_voxels(const Place& brick, const kernels::BrickStates* truth, kernels::BrickStates& states) {
+  bool code_voxels(const Coordinates& brick, const kernels::BrickStates* truth,
+                   kernels::BrickStates& states) {
     for (uint32_t bit = 0; bit < 64; ++bit) {
-      const Place voxel{4 * brick[0] + int32_t(bit & 3), 4 * brick[1] + int32_t(bit >> 2 & 3),
-                        4 * brick[2] + int32_t(bit >> 4)};
+      const Coordinates voxel{4 * brick[0] + int32_t(bit & 3), 4 * brick[1] + int32_t(bit >> 2 & 3),
+                              4 * brick[2] + int32_t(bit >> 4)};
       if (!known_.within_grid(voxel)) continue;
       const uint32_t state = code_state(voxel, truth ? uint32_t(kernels::state_in(*truth, bit)) : 0);
       if (state == KnownVoxels::kNone) return false;
@@ -182,7 +185,7 @@ class OccupancyCoder {
   }
 
   /// kNone if the file has a state that does not exist.
-  uint32_t code_state(const Place& voxel, uint32_t truth) {
+  uint32_t code_state(const Coordinates& voxel, uint32_t truth) {
     const KnownVoxels::Context context = known_.context(voxel);
     if (coder_.bit(models_->surface[context.surface], truth == KnownVoxels::kSurface))
       return KnownVoxels::kSurface;

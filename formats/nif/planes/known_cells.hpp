@@ -26,7 +26,7 @@ struct CellCube {
 };
 
 /// A place times this, over 128, is a height above the middle of a cell.
-constexpr int32_t place_unit(int32_t side) { return kernels::kNormalHalf * side + 1; }
+constexpr int32_t offset_unit(int32_t side) { return kernels::kNormalHalf * side + 1; }
 
 /// Stands for a word that is not known yet.
 inline constexpr uint32_t kUnknownWord = kernels::make_empty(0) | 1u << 8;

@@ -243,7 +243,7 @@ class _Decoding:
             bits = like.bit_length()
             size_class = min(2 * bits - (bits >= 2 and not like >> (bits - 2) & 1), 15)
         thickness = decoder.number(self.thickness_models, (level, separates(kind), size_class), 9) + 1
-        self.refuse_unless(thickness <= 256, "planes farther apart than 256 places")
+        self.refuse_unless(thickness <= 256, "planes farther apart than 256 offsets")
 
         u, v = self.normal(hints, thickness)
         normal = (u + v, u - v, 62 - 2 * max(abs(u), abs(v)))
@@ -257,7 +257,7 @@ class _Decoding:
                 doubt = 2 + rank((max(heights) - min(heights)) // unit // 2, (4, 10, 20, 40, 80))
         expected = limit((middle - thickness) >> 1, 0, 256 - thickness)
         lower = expected + decoder.difference(self.lower_models, (doubt, rank(thickness, (6, 12, 24, 48))), 8)
-        self.refuse_unless(0 <= lower and lower + thickness <= 256, "places beyond 0 to 256")
+        self.refuse_unless(0 <= lower and lower + thickness <= 256, "offsets beyond 0 to 256")
         return kind | (u + 31) << 4 | (v + 31) << 10 | lower << 16 | (lower + thickness - 1) << 24
 
     def mask(self, low, side):

@@ -524,7 +524,7 @@ int run(const Options& options) {
   proof.ask_mixed();
   if (!proof.stages().empty())
     std::printf(
-        "\nAmbiguous rays, about which nothing is proven, by the pipeline: microseconds for a million of "
+        "\nOpen rays, about which nothing is proven, by the pipeline: microseconds for a million of "
         "them, and\n"
         "of these its stages, timed by themselves.\n\n"
         "| scene | rays | asked | a million | traversal | order | outer inputs | outer networks | inner "
