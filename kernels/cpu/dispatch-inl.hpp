@@ -30,21 +30,18 @@
 #define NIF_IF_WASM(functions) nullptr
 #endif
 
-/// The SimdFunctions<Packed> that each target's namespace has under the given name, for an instruction set that
-/// is available().
-#define NIF_FUNCTIONS_FOR(Packed, functions, isa)                                                 \
-  ::nif::kernels::cpu::functions_for<Packed>(isa, NIF_IF_SSE4(functions), NIF_IF_AVX2(functions), \
-                                             NIF_IF_AVX512(functions), NIF_IF_NEON(functions),    \
-                                             NIF_IF_WASM(functions))
+/// The Functions that each target's namespace has under the given name, for an instruction set that is
+/// available().
+#define NIF_FUNCTIONS_FOR(Functions, functions, isa)                                                 \
+  ::nif::kernels::cpu::functions_for<Functions>(isa, NIF_IF_SSE4(functions), NIF_IF_AVX2(functions), \
+                                                NIF_IF_AVX512(functions), NIF_IF_NEON(functions),    \
+                                                NIF_IF_WASM(functions))
 
 namespace nif::kernels::cpu {
 
-template <class Packed>
-const SimdFunctions<Packed>& functions_for(Isa isa, const SimdFunctions<Packed>* sse4,
-                                           const SimdFunctions<Packed>* avx2,
-                                           const SimdFunctions<Packed>* avx512,
-                                           const SimdFunctions<Packed>* neon,
-                                           const SimdFunctions<Packed>* wasm) {
+template <class Functions>
+const Functions& functions_for(Isa isa, const Functions* sse4, const Functions* avx2, const Functions* avx512,
+                               const Functions* neon, const Functions* wasm) {
   switch (isa) {
     case Isa::sse4:
       return *sse4;

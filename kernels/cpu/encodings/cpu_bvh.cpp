@@ -58,7 +58,8 @@ namespace nif::kernels::cpu {
 
 KernelPointer make_kernel(const TrianglesField& field, const KernelOptions& options) {
   return hold_kernel<SimdKernel<BvhTree>>(
-      options.memory, NIF_FUNCTIONS_FOR(BvhTree, kBvhFunctions, options.isa), [&] { return tree_of(field); });
+      options.memory, NIF_FUNCTIONS_FOR(SimdFunctions<BvhTree>, kBvhFunctions, options.isa),
+      [&] { return tree_of(field); });
 }
 
 }  // namespace nif::kernels::cpu

@@ -171,7 +171,7 @@ namespace nif::kernels::cpu {
 
 KernelPointer make_kernel(const ExactField& field, const KernelOptions& options) {
   return hold_kernel<SimdKernel<PackedExactField>>(
-      options.memory, NIF_FUNCTIONS_FOR(PackedExactField, kExactFunctions, options.isa), [&] {
+      options.memory, NIF_FUNCTIONS_FOR(SimdFunctions<PackedExactField>, kExactFunctions, options.isa), [&] {
         return PackedExactField{field,
                                 TraversalGrid(field.planes, options.memory, options.most_without_bricks),
                                 tree_of(field.triangles)};

@@ -59,7 +59,7 @@ namespace nif::kernels::cpu {
 
 KernelPointer make_kernel(const PlanesField& field, const KernelOptions& options) {
   return hold_kernel<SimdKernel<PackedPlanesField>>(
-      options.memory, NIF_FUNCTIONS_FOR(PackedPlanesField, kProofFunctions, options.isa), [&] {
+      options.memory, NIF_FUNCTIONS_FOR(SimdFunctions<PackedPlanesField>, kProofFunctions, options.isa), [&] {
         return PackedPlanesField{field, TraversalGrid(field, options.memory, options.most_without_bricks)};
       });
 }

@@ -105,7 +105,7 @@ const SimdFunctions<PackedField>& segment_functions_for(Isa isa) {
 #if HWY_TARGETS & HWY_AVX3_DL
   if (isa == Isa::avx512 && has_avx3_dl()) return N_AVX3_DL::kSegmentFunctions;
 #endif
-  return NIF_FUNCTIONS_FOR(PackedField, kSegmentFunctions, isa);
+  return NIF_FUNCTIONS_FOR(SimdFunctions<PackedField>, kSegmentFunctions, isa);
 }
 
 }  // namespace

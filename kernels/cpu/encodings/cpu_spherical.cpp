@@ -65,7 +65,7 @@ void intersect_by_reference(const SphericalField& field, const SegmentBatch& bat
 }  // namespace
 
 KernelPointer make_kernel(const SphericalField& field, const KernelOptions& options) {
-  auto functions = NIF_FUNCTIONS_FOR(SphericalField, kSphericalFunctions, options.isa);
+  auto functions = NIF_FUNCTIONS_FOR(SimdFunctions<SphericalField>, kSphericalFunctions, options.isa);
   functions.intersect = intersect_by_reference;
   return hold_kernel<SimdKernel<SphericalField>>(options.memory, functions,
                                                  [&] { return with_single_weights(field, options.copies); });

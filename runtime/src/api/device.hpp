@@ -53,6 +53,7 @@ struct NifDeviceObject : nif::runtime::Object {
       : configuration(settings),
         own_callbacks(callbacks),
         callback_memory(callbacks),
+        streams(nif::runtime::stream_functions(settings.kernels.isa)),
         areas(settings.queries, memory()),
         jobs(settings.threads > 1 ? settings.queries : 0, memory()),
         free_jobs(uint32_t(jobs.size()), memory()),
@@ -80,7 +81,8 @@ struct NifDeviceObject : nif::runtime::Object {
   nif::runtime::Configuration configuration;
   NifDeviceCallbacks own_callbacks;
   nif::runtime::CallbackMemory callback_memory;
-  std::optional<nif::runtime::Gpu> gpu;  ///< if the backend is one
+  const nif::kernels::cpu::StreamFunctions* const streams;  ///< null for isa=scalar
+  std::optional<nif::runtime::Gpu> gpu;                     ///< if the backend is one
   nif::runtime::WorkAreas areas;
   std::pmr::vector<NifJobObject> jobs;  ///< for synchronous queries
   nif::runtime::Claims free_jobs;

@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "query/float_environment.hpp"
-#include "query/rounds.hpp"
+#include "query/streams.hpp"
 
 namespace nif::runtime {
 namespace {
@@ -30,10 +30,12 @@ void set_scene_hit(WorkArea& area, uint32_t i, const SceneHit& hit) {
   area.hit_instance[i] = hit.instance;
 }
 
-/// Intersects some rays with one object, and merges its hits into theirs.
-void intersect_object(const NifSceneObject& scene, const Pair* pairs, uint32_t count, WorkArea& area) {
+/// Intersects area.object_rays with one object, and merges its hits into those of the batch. `box_ray(k)`
+/// returns what the box test needs for the ray of pair k.
+template <class BoxRayOf>
+void intersect_object(const NifSceneObject& scene, const Pair* pairs, uint32_t count, WorkArea& area,
+                      const BoxRayOf& box_ray) {
   const PlacedObject& object = scene.objects[pairs[0].object];
-  bring_to_object(scene, pairs, count, area);
   for (uint32_t k = 0; k < count; ++k) area.hit_limit[k] = area.hits.high[pairs[k].ray];
   object.kernel->intersect(area.object_rays, area.hit_limit, area.object_hits, area.kernel_scratch);
   for (uint32_t k = 0; k < count; ++k) {
@@ -42,9 +44,8 @@ void intersect_object(const NifSceneObject& scene, const Pair* pairs, uint32_t c
     if (!stays_certain(scene.instances[pairs[k].instance], object.reach_scale, segment_of(area.rays, i),
                        segment_of(area.object_rays, k)))
       kernels::forget_proof(hit);
-    const kernels::BoxRay prepared{{area.inverse[0][i], area.inverse[1][i], area.inverse[2][i]}};
     const kernels::WorldBox box = scene.hierarchy.box(scene.instances[pairs[k].instance].place);
-    kernels::begin_in_box(hit, kernels::pass_box(box, segment_of(area.rays, i), prepared).enter);
+    kernels::begin_in_box(hit, kernels::pass_box(box, segment_of(area.rays, i), box_ray(k)).enter);
     SceneHit nearest = scene_hit(area, i);
     nearest.add(hit, pairs[k].instance);
     set_scene_hit(area, i, nearest);
@@ -81,15 +82,41 @@ void intersect_sole_instance(const NifSceneObject& scene, bool masked, WorkArea&
     });
 }
 
-void intersect_in_rounds(const NifSceneObject& scene, bool masked, WorkArea& area) {
-  const uint32_t active = start_rays(scene, area, [&](uint32_t i, bool certain) {
+void intersect_instances(const NifSceneObject& scene, bool masked, WorkArea& area) {
+  const auto begin = [&](uint32_t i, bool certain) {
     SceneHit hit;
     if (!certain) kernels::forget_proof(hit);
     set_scene_hit(area, i, hit);
-  });
+  };
+  if (goes_in_streams(scene, area.rays.count)) {
+    start_stream(scene, masked, area, begin);
+    const auto limit = [&](uint32_t i) { return kernels::min_of(area.hits.high[i], area.rays.tmax[i]); };
+    go_in_streams(
+        scene, area,
+        [&](const Pair* pairs, uint32_t count, const RayStream& stream) {
+          for (uint32_t k = 0; k < count; ++k) area.object_rays.tmax[k] = area.rays.tmax[pairs[k].ray];
+          intersect_object(scene, pairs, count, area, [&](uint32_t k) {
+            const uint32_t entry = area.entries[k];
+            return kernels::BoxRay{
+                {stream.inverse[0][entry], stream.inverse[1][entry], stream.inverse[2][entry]}};
+          });
+        },
+        [&](RayStream& stream, uint32_t entry) {
+          stream.tmax[entry] = limit(stream.ray[entry]);
+          if (!(stream.tmin[entry] <= stream.tmax[entry])) stream.drop(entry);
+        });
+    return;
+  }
+  const uint32_t active = start_rays(scene, area, begin);
   go_in_rounds(
       scene, masked, area, active, [&](uint32_t i) { return shortened_ray(area, i); },
-      [&](const Pair* pairs, uint32_t count) { intersect_object(scene, pairs, count, area); });
+      [&](const Pair* pairs, uint32_t count) {
+        bring_to_object(scene, pairs, count, area);
+        intersect_object(scene, pairs, count, area, [&](uint32_t k) {
+          const uint32_t i = pairs[k].ray;
+          return kernels::BoxRay{{area.inverse[0][i], area.inverse[1][i], area.inverse[2][i]}};
+        });
+      });
 }
 
 void turn_normals(const NifSceneObject& scene, WorkArea& area) {
@@ -111,7 +138,7 @@ NIF_COMPUTES void intersect_batch(const NifSceneObject& scene, bool masked, bool
   if (scene.sole != kNoInstance)
     intersect_sole_instance(scene, masked, area);
   else
-    intersect_in_rounds(scene, masked, area);
+    intersect_instances(scene, masked, area);
   if (normals) turn_normals(scene, area);
 }
 

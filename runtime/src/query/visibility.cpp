@@ -7,7 +7,7 @@
 
 #include "kernels/reference/batch.hpp"
 #include "query/float_environment.hpp"
-#include "query/rounds.hpp"
+#include "query/streams.hpp"
 
 namespace nif::runtime {
 namespace {
@@ -58,11 +58,12 @@ void answer_sole_instance(const NifSceneObject& scene, bool masked, const Wanted
       area.probability[i] = kernels::visible_probability(area.answers.logit[i], object.calibration);
 }
 
-/// Queries one object with some rays, and merges its answers into theirs.
+/// Queries one object with area.object_rays, and merges its answers into those of the batch. Calls decide(k)
+/// for each pair whose ray is decided.
+template <class Decide>
 void ask_object(const NifSceneObject& scene, const Wanted& wanted, const Pair* pairs, uint32_t count,
-                WorkArea& area) {
+                WorkArea& area, const Decide& decide) {
   const PlacedObject& object = scene.objects[pairs[0].object];
-  bring_to_object(scene, pairs, count, area);
   ask_kernel(object, wanted, area.object_rays, area.object_answers, area.object_open, area);
   for (uint32_t k = 0; k < count; ++k) {
     const uint32_t i = pairs[k].ray;
@@ -83,7 +84,7 @@ void ask_object(const NifSceneObject& scene, const Wanted& wanted, const Pair* p
     } else if (decided) {
       area.answers.logit[i] = logit;
     }
-    if (decided) area.cursors[i].trail = 0;  // the ray drops out
+    if (decided) decide(k);
   }
 }
 
@@ -96,8 +97,8 @@ void finish_details(const Wanted& wanted, WorkArea& area) {
   }
 }
 
-void answer_in_rounds(const NifSceneObject& scene, bool masked, const Wanted& wanted, WorkArea& area) {
-  const uint32_t active = start_rays(scene, area, [&](uint32_t i, bool certain) {
+void answer_instances(const NifSceneObject& scene, bool masked, const Wanted& wanted, WorkArea& area) {
+  const auto begin = [&](uint32_t i, bool certain) {
     area.answers.logit[i] = kernels::kCertainLogit;
     area.answers.certain[i] = certain || scene.unproven;
     if (wanted.details) area.combined[i] = {};
@@ -106,10 +107,28 @@ void answer_in_rounds(const NifSceneObject& scene, bool masked, const Wanted& wa
     area.open.begin[i] = scene.unproven ? area.rays.tmin[i] : std::numeric_limits<float>::infinity();
     area.open.end[i] = scene.unproven ? area.rays.tmax[i] : -std::numeric_limits<float>::infinity();
     area.open_instance[i] = kernels::kNoInstance;
-  });
-  go_in_rounds(
-      scene, masked, area, active, [&](uint32_t i) { return TraversalRay(area, i); },
-      [&](const Pair* pairs, uint32_t count) { ask_object(scene, wanted, pairs, count, area); });
+  };
+  if (goes_in_streams(scene, area.rays.count)) {
+    std::fill_n(area.decided, area.rays.count, uint8_t{0});
+    start_stream(scene, masked, area, begin);
+    go_in_streams(
+        scene, area,
+        [&](const Pair* pairs, uint32_t count, const RayStream&) {
+          ask_object(scene, wanted, pairs, count, area, [&](uint32_t k) { area.decided[pairs[k].ray] = 1; });
+        },
+        [&](RayStream& stream, uint32_t entry) {
+          if (area.decided[stream.ray[entry]]) stream.drop(entry);
+        });
+  } else {
+    const uint32_t active = start_rays(scene, area, begin);
+    go_in_rounds(
+        scene, masked, area, active, [&](uint32_t i) { return TraversalRay(area, i); },
+        [&](const Pair* pairs, uint32_t count) {
+          bring_to_object(scene, pairs, count, area);
+          ask_object(scene, wanted, pairs, count, area,
+                     [&](uint32_t k) { area.cursors[pairs[k].ray].trail = 0; });
+        });
+  }
   if (wanted.details) finish_details(wanted, area);
 }
 
@@ -120,7 +139,7 @@ NIF_COMPUTES void answer_batch(const NifSceneObject& scene, bool masked, const W
   if (scene.sole != kernels::kNoInstance)
     answer_sole_instance(scene, masked, wanted, area);
   else
-    answer_in_rounds(scene, masked, wanted, area);
+    answer_instances(scene, masked, wanted, area);
 }
 
 }  // namespace nif::runtime

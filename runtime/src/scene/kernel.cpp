@@ -37,6 +37,14 @@ Isa best_isa() {
   return Isa::scalar;
 }
 
+const kernels::cpu::StreamFunctions* stream_functions(Isa isa) {
+#ifdef NIF_HAS_SIMD
+  if (isa != Isa::scalar) return &kernels::cpu::stream_functions(kernels::cpu::Isa(int(isa) - 1));
+#endif
+  (void)isa;
+  return nullptr;
+}
+
 KernelPointer make_kernel(const format::ObjectView& object, const KernelChoice& choice,
                           std::pmr::memory_resource* memory, SharedCopies& copies) {
   const kernels::AnyField field = field_of(object);

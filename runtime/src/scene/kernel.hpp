@@ -6,6 +6,7 @@
 
 #include "formats/nif/reader.hpp"
 #include "kernels/cpu/shared_copies.hpp"
+#include "kernels/cpu/top_level/ray_stream.hpp"
 #include "kernels/reference/object_kernel.hpp"
 
 namespace nif::runtime {
@@ -29,5 +30,8 @@ struct KernelChoice {
 /// The view's memory and the asset's shared copies must outlive the kernel.
 kernels::KernelPointer make_kernel(const format::ObjectView& object, const KernelChoice& choice,
                                    std::pmr::memory_resource* memory, SharedCopies& copies);
+
+/// What the instruction set has for streams of rays; null for the reference.
+const kernels::cpu::StreamFunctions* stream_functions(Isa isa);
 
 }  // namespace nif::runtime

@@ -1,0 +1,215 @@
+// Tests the boxes of a scene's instances against vectors of rays, brings those that may meet them to object
+// space, and keeps the rays together. Compiled once for each Highway target.
+#include "kernels/cpu/top_level/ray_stream.hpp"
+
+#include "kernels/cpu/targets.hpp"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "kernels/cpu/top_level/ray_stream.cpp"
+#include <hwy/foreach_target.h>  // must come before highway.h
+
+#include <hwy/highway.h>
+
+// For a single lane there is the reference.
+#if HWY_TARGET != HWY_SCALAR
+#include "kernels/cpu/lanes-inl.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace nif::kernels::cpu::HWY_NAMESPACE {
+namespace {
+
+static_assert(kBatchRoom >= kBatchRays + kLanes);
+
+// As kernels::min_of() and max_of(), also if a number is NaN.
+HWY_INLINE hn::Vec<Floats> min_of(hn::Vec<Floats> a, hn::Vec<Floats> b) {
+#if HWY_ARCH_X86
+  return hn::Min(a, b);
+#else
+  return hn::IfThenElse(hn::Lt(a, b), a, b);
+#endif
+}
+HWY_INLINE hn::Vec<Floats> max_of(hn::Vec<Floats> a, hn::Vec<Floats> b) {
+#if HWY_ARCH_X86
+  return hn::Max(a, b);
+#else
+  return hn::IfThenElse(hn::Gt(a, b), a, b);
+#endif
+}
+
+HWY_INLINE hn::Vec<Ints> words_at(const uint32_t* words, uint32_t k) {
+  return hn::BitCast(Ints(), hn::LoadU(Words(), words + k));
+}
+HWY_INLINE void put_words(hn::Vec<Ints> from, uint32_t* to, uint32_t k) {
+  hn::StoreU(hn::BitCast(Words(), from), Words(), to + k);
+}
+
+void start_stream(const SegmentBatch& rays, const uint32_t* masks, RayStream& stream) {
+  const Floats d;
+  const Ints di;
+  uint32_t count = 0;
+  for (uint32_t i = 0; i < rays.count; i += kLanes) {
+    const auto tmin = hn::LoadU(d, rays.tmin + i), tmax = hn::LoadU(d, rays.tmax + i);
+    hn::Vec<Floats> origin[3], direction[3], inverse[3];
+    auto steepest = hn::Zero(d);
+    auto meets = hn::And(hn::FirstN(d, rays.count - i), hn::Le(tmin, tmax));
+    for (uint32_t a = 0; a < 3; ++a) {
+      origin[a] = hn::LoadU(d, rays.origin[a] + i);
+      direction[a] = hn::LoadU(d, rays.direction[a] + i);
+      const auto size = hn::Abs(direction[a]);
+      const auto largest = hn::Set(d, std::numeric_limits<float>::max());
+      meets = hn::And(meets, hn::Le(hn::Abs(hn::Mul(origin[a], hn::Set(d, kToOverflow))), largest));
+      meets = hn::And(meets, hn::Le(size, largest));
+      steepest = max_of(size, steepest);
+      const auto counts = hn::Ge(size, hn::Set(d, kLeastComponent));
+      inverse[a] = hn::Div(hn::Set(d, 1.0f), hn::IfThenElseZero(counts, direction[a]));
+    }
+    meets = hn::And(meets, hn::And(hn::Ge(steepest, hn::Set(d, kMinDirection)),
+                                   hn::Le(steepest, hn::Set(d, kMaxDirection))));
+    const uint32_t lanes = bits_of(meets);
+    const LanesTogether together(lanes);
+    for (uint32_t a = 0; a < 3; ++a) {
+      hn::StoreU(together(origin[a]), d, stream.origin[a] + count);
+      hn::StoreU(together(direction[a]), d, stream.direction[a] + count);
+      hn::StoreU(together(inverse[a]), d, stream.inverse[a] + count);
+    }
+    hn::StoreU(together(tmin), d, stream.tmin + count);
+    hn::StoreU(together(tmax), d, stream.tmax + count);
+    put_words(masks ? together(words_at(masks, i)) : hn::Set(di, -1), stream.mask, count);
+    put_words(together(hn::Iota(di, int32_t(i))), stream.ray, count);
+    count += uint32_t(__builtin_popcount(lanes));
+  }
+  stream.count = count;
+  stream.dropped = 0;
+}
+
+/// The rays of a vector that may meet a box, as bits (pass_box()).
+HWY_INLINE uint32_t may_meet(const RayStream& stream, uint32_t k, const WorldBox& box) {
+  const Floats d;
+  hn::Vec<Floats> near[3], far[3];
+  for (uint32_t a = 0; a < 3; ++a) {
+    const auto origin = hn::Load(d, stream.origin[a] + k), inverse = hn::Load(d, stream.inverse[a] + k);
+    const auto low = hn::Mul(hn::Sub(hn::Set(d, box.min[a]), origin), inverse);
+    const auto high = hn::Mul(hn::Sub(hn::Set(d, box.max[a]), origin), inverse);
+    near[a] = min_of(low, high);
+    far[a] = max_of(high, low);
+  }
+  const auto enter = max_of(max_of(near[0], near[1]), near[2]);
+  const auto leave = min_of(min_of(far[0], far[1]), far[2]);
+  const auto less = hn::Set(d, 1 - kBoxSlack), more = hn::Set(d, 1 + kBoxSlack),
+             slack = hn::Set(d, kLeastSlack);
+  const auto first = hn::Sub(min_of(hn::Mul(enter, less), hn::Mul(enter, more)), slack);
+  const auto last = hn::Add(max_of(hn::Mul(leave, less), hn::Mul(leave, more)), slack);
+  const auto from = max_of(min_of(first, hn::Set(d, kMostT)), hn::Load(d, stream.tmin + k));
+  const auto to = min_of(max_of(last, hn::Set(d, -kMostT)), hn::Load(d, stream.tmax + k));
+  return bits_of(hn::Le(from, to));
+}
+
+HWY_INLINE hn::Vec<Floats> row_times(const float* row, const hn::Vec<Floats> (&v)[3]) {
+  const Floats d;
+  return hn::Add(hn::Add(hn::Mul(hn::Set(d, row[0]), v[0]), hn::Mul(hn::Set(d, row[1]), v[1])),
+                 hn::Mul(hn::Set(d, row[2]), v[2]));
+}
+
+void meet_stream(const RayStream& stream, const StreamInstance& instance, SegmentBatch& local,
+                 uint32_t* entries) {
+  const Floats d;
+  const Ints di;
+  const bool masked = instance.mask != ~0u;
+  uint32_t count = 0;
+  for (uint32_t k = 0; k < stream.count; k += kLanes) {
+    uint32_t lanes = may_meet(stream, k, instance.box);
+    if (stream.count - k < kLanes) lanes &= (1u << (stream.count - k)) - 1;
+    if (masked)
+      lanes &= bits_of(
+          hn::Ne(hn::And(words_at(stream.mask, k), hn::Set(di, int32_t(instance.mask))), hn::Zero(di)));
+    if (lanes == 0) continue;
+    hn::Vec<Floats> origin[3], direction[3];
+    for (uint32_t a = 0; a < 3; ++a) {
+      origin[a] = hn::Load(d, stream.origin[a] + k);
+      direction[a] = hn::Load(d, stream.direction[a] + k);
+    }
+    const LanesTogether together(lanes);
+    if (const WorldToObject* transform = instance.to_object) {
+      for (uint32_t a = 0; a < 3; ++a)
+        origin[a] = hn::Sub(hn::Sub(origin[a], hn::Set(d, transform->translation[a])),
+                            hn::Set(d, transform->remainder[a]));
+      for (uint32_t a = 0; a < 3; ++a) {
+        hn::StoreU(together(row_times(transform->inverse + 3 * a, origin)), d, local.origin[a] + count);
+        hn::StoreU(together(row_times(transform->inverse + 3 * a, direction)), d, local.direction[a] + count);
+      }
+    } else {
+      for (uint32_t a = 0; a < 3; ++a) {
+        hn::StoreU(together(origin[a]), d, local.origin[a] + count);
+        hn::StoreU(together(direction[a]), d, local.direction[a] + count);
+      }
+    }
+    hn::StoreU(together(hn::Load(d, stream.tmin + k)), d, local.tmin + count);
+    hn::StoreU(together(hn::Load(d, stream.tmax + k)), d, local.tmax + count);
+    put_words(together(hn::Iota(di, int32_t(k))), entries, count);
+    count += uint32_t(__builtin_popcount(lanes));
+  }
+  local.count = count;
+}
+
+/// Moves the chosen rays of a vector, entry k and after, to entry `at` and after: together, without gaps.
+HWY_INLINE void move_entries(const RayStream& from, uint32_t k, const LanesTogether& together, RayStream& to,
+                             uint32_t at) {
+  const Floats d;
+  for (uint32_t a = 0; a < 3; ++a) {
+    hn::StoreU(together(hn::Load(d, from.origin[a] + k)), d, to.origin[a] + at);
+    hn::StoreU(together(hn::Load(d, from.direction[a] + k)), d, to.direction[a] + at);
+    hn::StoreU(together(hn::Load(d, from.inverse[a] + k)), d, to.inverse[a] + at);
+  }
+  hn::StoreU(together(hn::Load(d, from.tmin + k)), d, to.tmin + at);
+  hn::StoreU(together(hn::Load(d, from.tmax + k)), d, to.tmax + at);
+  put_words(together(words_at(from.mask, k)), to.mask, at);
+  put_words(together(words_at(from.ray, k)), to.ray, at);
+}
+
+void narrow_stream(const RayStream& stream, const WorldBox& box, RayStream& narrowed, uint32_t* entries) {
+  uint32_t count = 0;
+  for (uint32_t k = 0; k < stream.count; k += kLanes) {
+    uint32_t lanes = may_meet(stream, k, box);
+    if (stream.count - k < kLanes) lanes &= (1u << (stream.count - k)) - 1;
+    if (lanes == 0) continue;
+    const LanesTogether together(lanes);
+    move_entries(stream, k, together, narrowed, count);
+    put_words(together(hn::Iota(Ints(), int32_t(k))), entries, count);
+    count += uint32_t(__builtin_popcount(lanes));
+  }
+  narrowed.count = count;
+  narrowed.dropped = 0;
+}
+
+void pack_stream(RayStream& stream) {
+  const Floats d;
+  uint32_t kept = 0;
+  for (uint32_t k = 0; k < stream.count; k += kLanes) {
+    const auto stays = hn::Le(hn::Load(d, stream.tmin + k), hn::Load(d, stream.tmax + k));
+    const uint32_t lanes = bits_of(hn::And(hn::FirstN(d, stream.count - k), stays));
+    move_entries(stream, k, LanesTogether(lanes), stream, kept);  // not beyond what has been read
+    kept += uint32_t(__builtin_popcount(lanes));
+  }
+  stream.count = kept;
+  stream.dropped = 0;
+}
+
+}  // namespace
+
+constexpr StreamFunctions kStreamFunctions = {start_stream, meet_stream, narrow_stream, pack_stream};
+
+}  // namespace nif::kernels::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+#endif  // HWY_TARGET
+
+#if HWY_ONCE
+#include "kernels/cpu/dispatch-inl.hpp"
+
+namespace nif::kernels::cpu {
+
+const StreamFunctions& stream_functions(Isa isa) {
+  return NIF_FUNCTIONS_FOR(StreamFunctions, kStreamFunctions, isa);
+}
+
+}  // namespace nif::kernels::cpu
+#endif

@@ -1,0 +1,59 @@
+// The undecided rays of a batch in a scene, in columns without gaps: an instance's box is tested against many of
+// them at once, and those that may meet it go to its kernel together. Decided rays leave the stream.
+//
+// Which rays those are, and with which bits they come to object space, is defined in
+// kernels/reference/instance.hpp.
+#pragma once
+
+#include <limits>
+
+#include "kernels/cpu/isa.hpp"
+#include "kernels/reference/instance.hpp"
+#include "kernels/reference/object_kernel.hpp"
+
+namespace nif::kernels::cpu {
+
+/// Rays in world space that can meet a box (prepare_box_ray()).
+struct RayStream {
+  uint32_t count;
+  uint32_t dropped;  ///< of these, since the last pack()
+  alignas(64) float origin[3][kBatchRoom];
+  float direction[3][kBatchRoom];
+  float inverse[3][kBatchRoom];  ///< BoxRay
+  float tmin[kBatchRoom], tmax[kBatchRoom];
+  uint32_t mask[kBatchRoom];
+  uint32_t ray[kBatchRoom];  ///< its number in the batch
+
+  /// Entry k meets nothing from now on, and pack() removes it.
+  void drop(uint32_t k) {
+    tmin[k] = std::numeric_limits<float>::infinity();
+    tmax[k] = -tmin[k];
+    ++dropped;
+  }
+};
+
+/// An instance as a stream meets it.
+struct StreamInstance {
+  WorldBox box;
+  const WorldToObject* to_object;  ///< null: the identity
+  uint32_t mask;
+};
+
+/// What an instruction set has for streams.
+struct StreamFunctions {
+  /// Fills the stream with the rays that can meet a box. `masks` [rays.count]: null if the query has none.
+  void (*start)(const SegmentBatch& rays, const uint32_t* masks, RayStream& stream);
+  /// The rays of the stream that may meet the instance: `local` gets them in object space, `entries` their
+  /// numbers in the stream [kBatchRoom].
+  void (*meet)(const RayStream& stream, const StreamInstance& instance, SegmentBatch& local,
+               uint32_t* entries);
+  /// The rays of the stream that may meet the box: `narrowed` gets them, `entries` their numbers in the stream
+  /// [kBatchRoom].
+  void (*narrow)(const RayStream& stream, const WorldBox& box, RayStream& narrowed, uint32_t* entries);
+  /// Removes the entries that were dropped, or whose tmax is below their tmin.
+  void (*pack)(RayStream& stream);
+};
+/// The isa must be available().
+const StreamFunctions& stream_functions(Isa isa);
+
+}  // namespace nif::kernels::cpu

@@ -1,0 +1,187 @@
+// Streams of rays choose the rays that the scalar box test chooses, and bring them to object space with its bits:
+// also those with infinities, NaN, and origins on planes of boxes.
+#include "kernels/cpu/top_level/ray_stream.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <memory>
+#include <vector>
+
+#include "kernels/reference/batch.hpp"
+#include "tests/support/test_random.hpp"
+
+namespace nif::test {
+namespace {
+
+using kernels::Segment;
+using kernels::WorldBox;
+using kernels::cpu::Isa;
+using kernels::cpu::RayStream;
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+/// Small whole numbers, so that origins lie on planes of boxes; sometimes what is hard to compute with.
+float coordinate(Random& random) {
+  constexpr float kHard[] = {0.0f,     -0.0f,  kInfinity, -kInfinity, std::numeric_limits<float>::quiet_NaN(),
+                             0x1p126f, -1e30f, 0x1p-126f, 0x1p-140f,  3e38f};
+  return random.below(40) == 0 ? kHard[random.below(std::size(kHard))] : float(random.between(-4, 4)) * 0.5f;
+}
+
+Segment random_ray(Random& random) {
+  Segment ray;
+  for (int a = 0; a < 3; ++a) {
+    ray.origin[a] = coordinate(random);
+    ray.direction[a] = random.below(3) == 0 ? 0 : coordinate(random);
+  }
+  ray.tmin = random.below(8) == 0 ? coordinate(random) : 0;
+  ray.tmax = random.below(4) == 0 ? coordinate(random) : kInfinity;
+  return ray;
+}
+
+WorldBox random_box(Random& random) {
+  WorldBox box;
+  for (int a = 0; a < 3; ++a) {
+    box.min[a] = float(random.between(-4, 3)) * 0.5f;
+    box.max[a] = box.min[a] + float(random.below(14)) * 0.5f;
+    if (random.below(30) == 0) box.min[a] = -kInfinity;
+    if (random.below(30) == 0) box.max[a] = kInfinity;
+  }
+  return box;
+}
+
+bool same_bits(const Segment& a, const Segment& b) { return std::memcmp(&a, &b, sizeof(a)) == 0; }
+
+Segment ray_of(const RayStream& stream, uint32_t k) {
+  return {{stream.origin[0][k], stream.origin[1][k], stream.origin[2][k]},
+          {stream.direction[0][k], stream.direction[1][k], stream.direction[2][k]},
+          stream.tmin[k],
+          stream.tmax[k]};
+}
+
+class RayStreams : public testing::TestWithParam<Isa> {
+ protected:
+  void SetUp() override {
+    if (!kernels::cpu::available(GetParam())) GTEST_SKIP() << "this machine does not have it";
+  }
+  /// Draws rays, and starts the stream with them. Checks which are in it.
+  void start(Random& random, uint32_t count) {
+    batch_->count = count;
+    for (uint32_t i = 0; i < count; ++i) {
+      set_segment(*batch_, i, random_ray(random));
+      masks_[i] = 1u << random.below(4);
+    }
+    functions().start(*batch_, masks_, *stream_);
+    uint32_t k = 0;
+    for (uint32_t i = 0; i < count; ++i) {
+      const Segment ray = segment_of(*batch_, i);
+      kernels::BoxRay prepared;
+      if (!prepare_box_ray(ray, prepared)) continue;
+      ASSERT_LT(k, stream_->count);
+      ASSERT_EQ(stream_->ray[k], i);
+      ASSERT_EQ(stream_->mask[k], masks_[i]);
+      ASSERT_TRUE(same_bits(ray_of(*stream_, k), ray));
+      for (int a = 0; a < 3; ++a) ASSERT_EQ(stream_->inverse[a][k], prepared.inverse[a]);
+      ++k;
+    }
+    ASSERT_EQ(stream_->count, k);
+  }
+  bool meets(uint32_t k, const WorldBox& box) const {
+    const kernels::BoxRay prepared{{stream_->inverse[0][k], stream_->inverse[1][k], stream_->inverse[2][k]}};
+    return may_meet(box, ray_of(*stream_, k), prepared);
+  }
+  static const kernels::cpu::StreamFunctions& functions() {
+    return kernels::cpu::stream_functions(GetParam());
+  }
+
+  std::unique_ptr<kernels::SegmentBatch> batch_ = std::make_unique<kernels::SegmentBatch>(),
+                                         local_ = std::make_unique<kernels::SegmentBatch>();
+  std::unique_ptr<RayStream> stream_ = std::make_unique<RayStream>(),
+                             narrowed_ = std::make_unique<RayStream>();
+  uint32_t masks_[kernels::kBatchRoom], entries_[kernels::kBatchRoom];
+};
+
+TEST_P(RayStreams, MeetWhatTheScalarTestMeets) {
+  Random random(1);
+  uint32_t met = 0, missed = 0;
+  for (const uint32_t count : {0u, 1u, 2u, 15u, 16u, 17u, 100u, 1000u, kernels::kBatchRays})
+    for (int round = 0; round < 20; ++round) {
+      ASSERT_NO_FATAL_FAILURE(start(random, count));
+      const WorldBox box = random_box(random);
+      const float transform[12] = {2, 0.5f, 0, 1, 0, 1, -0.25f, 0, 0.125f, 0, 1, -3};
+      const float remainder[3] = {0x1p-30f, 0, -0x1p-28f};
+      kernels::WorldToObject to_object;
+      bool well_conditioned;
+      ASSERT_TRUE(kernels::invert(transform, to_object, well_conditioned, remainder));
+      const bool identity = round % 2 == 0;
+      const uint32_t mask = round % 3 == 0 ? ~0u : random.below(16);
+      functions().meet(*stream_, {box, identity ? nullptr : &to_object, mask}, *local_, entries_);
+      uint32_t found = 0;
+      for (uint32_t k = 0; k < stream_->count; ++k) {
+        if (!(stream_->mask[k] & mask) || !meets(k, box)) continue;
+        const Segment ray = ray_of(*stream_, k);
+        ASSERT_LT(found, local_->count);
+        ASSERT_EQ(entries_[found], k);
+        ASSERT_TRUE(
+            same_bits(segment_of(*local_, found), identity ? ray : kernels::to_object(to_object, ray)));
+        ++found;
+      }
+      ASSERT_EQ(local_->count, found);
+      met += found;
+      missed += stream_->count - found;
+
+      functions().narrow(*stream_, box, *narrowed_, entries_);
+      found = 0;
+      for (uint32_t k = 0; k < stream_->count; ++k) {
+        if (!meets(k, box)) continue;
+        ASSERT_LT(found, narrowed_->count);
+        ASSERT_EQ(entries_[found], k);
+        ASSERT_EQ(narrowed_->ray[found], stream_->ray[k]);
+        ASSERT_EQ(narrowed_->mask[found], stream_->mask[k]);
+        ASSERT_TRUE(same_bits(ray_of(*narrowed_, found), ray_of(*stream_, k)));
+        ++found;
+      }
+      ASSERT_EQ(narrowed_->count, found);
+    }
+  EXPECT_GT(met, 2'000u);
+  EXPECT_GT(missed, 10'000u);
+}
+
+TEST_P(RayStreams, LoseDroppedRaysAndNoOthers) {
+  Random random(2);
+  for (const uint32_t count : {1u, 16u, 33u, 1000u, kernels::kBatchRays}) {
+    ASSERT_NO_FATAL_FAILURE(start(random, count));
+    std::vector<uint32_t> kept;
+    std::vector<Segment> rays;
+    for (uint32_t k = 0; k < stream_->count; ++k)
+      if (random.below(3) == 0) {
+        stream_->drop(k);
+      } else {
+        kept.push_back(stream_->ray[k]);
+        rays.push_back(ray_of(*stream_, k));
+      }
+    // Dropped rays meet nothing, whatever the box.
+    const WorldBox all{{-kInfinity, -kInfinity, -kInfinity}, {kInfinity, kInfinity, kInfinity}};
+    functions().meet(*stream_, {all, nullptr, ~0u}, *local_, entries_);
+    for (uint32_t k = 0; k < local_->count; ++k) EXPECT_LE(local_->tmin[k], local_->tmax[k]);
+    functions().pack(*stream_);
+    ASSERT_EQ(stream_->count, kept.size());
+    EXPECT_EQ(stream_->dropped, 0u);
+    for (uint32_t k = 0; k < stream_->count; ++k) {
+      EXPECT_EQ(stream_->ray[k], kept[k]);
+      EXPECT_TRUE(same_bits(ray_of(*stream_, k), rays[k]));
+    }
+  }
+}
+
+const char* name_of(const testing::TestParamInfo<Isa>& info) {
+  constexpr const char* kNames[] = {"sse4", "avx2", "avx512", "neon"};
+  return kNames[size_t(info.param)];
+}
+INSTANTIATE_TEST_SUITE_P(Each, RayStreams, testing::Values(Isa::sse4, Isa::avx2, Isa::avx512, Isa::neon),
+                         name_of);
+
+}  // namespace
+}  // namespace nif::test
