@@ -14,34 +14,37 @@ namespace nif::kernels {
 /// Rays of one call, at most. Large enough that idle SIMD lanes at the ends of batches do not matter; small
 /// enough that a batch and a kernel's notes about it stay in the second-level cache.
 inline constexpr uint32_t kBatchRays = 1024;
+/// Entries of each column of a batch: room for a last vector that is written whole. If columns began 4,096
+/// bytes apart, a load from one would wait for stores to the others (docs/results/cpu-kernels.md, "Columns").
+inline constexpr uint32_t kBatchRoom = kBatchRays + 16;
 
 /// Segments in object space, component by component. Entries from `count` on are undefined.
 struct SegmentBatch {
   uint32_t count;
-  alignas(64) float origin[3][kBatchRays];
-  float direction[3][kBatchRays];
-  float tmin[kBatchRays], tmax[kBatchRays];
+  alignas(64) float origin[3][kBatchRoom];
+  float direction[3][kBatchRoom];
+  float tmin[kBatchRoom], tmax[kBatchRoom];
 };
 
 /// Entry i answers segment i: visible if logit[i] >= 0; +-kCertainLogit if no network was evaluated.
 struct AnswerBatch {
-  alignas(64) int32_t logit[kBatchRays];
-  uint8_t certain[kBatchRays];  ///< 0 or 1
+  alignas(64) int32_t logit[kBatchRoom];
+  uint8_t certain[kBatchRoom];  ///< 0 or 1
 };
 
 /// The interval of each segment that is left open, as t. Entry i is defined if answer i is not certain.
 struct OpenBatch {
-  alignas(64) float begin[kBatchRays];
-  float end[kBatchRays];
+  alignas(64) float begin[kBatchRoom];
+  float end[kBatchRoom];
 };
 
 /// Entry i is the first hit of segment i. The members are those of kernels::Hit.
 struct HitBatch {
-  alignas(64) float t[kBatchRays];
-  float low[kBatchRays], high[kBatchRays];
-  float normal[3][kBatchRays];
-  uint32_t triangle[kBatchRays];
-  float u[kBatchRays], v[kBatchRays];
+  alignas(64) float t[kBatchRoom];
+  float low[kBatchRoom], high[kBatchRoom];
+  float normal[3][kBatchRoom];
+  uint32_t triangle[kBatchRoom];
+  float u[kBatchRoom], v[kBatchRoom];
 };
 
 /// Working memory of a kernel, one block per thread; 64-byte aligned. Nothing is kept in it between calls.
