@@ -14,7 +14,8 @@ namespace nif::kernels {
 /// Rays of one call, at most. Large enough that idle SIMD lanes at the ends of batches do not matter; small
 /// enough that a batch and a kernel's notes about it stay in the second-level cache.
 inline constexpr uint32_t kBatchRays = 1024;
-/// Room for a batch whose last vector is written whole.
+/// Entries of each column of a batch: room for a last vector that is written whole. If columns began 4,096
+/// bytes apart, a load from one would wait for stores to the others (docs/results/cpu-kernels.md, "Columns").
 inline constexpr uint32_t kBatchRoom = kBatchRays + 16;
 
 /// Segments in object space, component by component. Entries from `count` on are undefined.

@@ -350,7 +350,7 @@ HWY_NOINLINE inline void traverse(const BvhTree& tree, const SegmentBatch& batch
 
 /// The same without an interval.
 struct BoxEnds {
-  float enter[kBatchRays], leave[kBatchRays];
+  float enter[kBatchRoom], leave[kBatchRoom];
 };
 HWY_NOINLINE inline void traverse_whole(const BvhTree& tree, const SegmentBatch& batch, AnswerBatch& answers,
                                         BoxEnds& ends, BvhScratch& scratch) {
