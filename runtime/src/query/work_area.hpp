@@ -16,7 +16,7 @@ using kernels::kBatchRays;
 using kernels::kBatchRoom;
 
 /// Streams within streams, at most: of rays that may meet the box of an inner node, and so on.
-inline constexpr uint32_t kStreamLevels = 4;
+inline constexpr uint32_t kStreamLevels = 3;
 
 /// A ray of the batch, and an instance to test it against.
 struct Pair {
