@@ -80,6 +80,7 @@ void start_stream(const SegmentBatch& rays, const uint32_t* masks, RayStream& st
   }
   stream.count = count;
   stream.dropped = 0;
+  stream.masked = masks != nullptr;
 }
 
 /// The rays of a vector that may meet a box, as bits (pass_box()).
@@ -114,12 +115,11 @@ void meet_stream(const RayStream& stream, const StreamInstance& instance, Segmen
                  uint32_t* entries) {
   const Floats d;
   const Ints di;
-  const bool masked = instance.mask != ~0u;
   uint32_t count = 0;
   for (uint32_t k = 0; k < stream.count; k += kLanes) {
     uint32_t lanes = may_meet(stream, k, instance.box);
     if (stream.count - k < kLanes) lanes &= (1u << (stream.count - k)) - 1;
-    if (masked)
+    if (stream.masked)
       lanes &= bits_of(
           hn::Ne(hn::And(words_at(stream.mask, k), hn::Set(di, int32_t(instance.mask))), hn::Zero(di)));
     if (lanes == 0) continue;
@@ -179,6 +179,7 @@ void narrow_stream(const RayStream& stream, const WorldBox& box, RayStream& narr
   }
   narrowed.count = count;
   narrowed.dropped = 0;
+  narrowed.masked = stream.masked;
 }
 
 void pack_stream(RayStream& stream) {

@@ -17,6 +17,7 @@ namespace nif::kernels::cpu {
 struct RayStream {
   uint32_t count;
   uint32_t dropped;  ///< of these, since the last pack()
+  bool masked;       ///< false: all masks have all bits
   alignas(64) float origin[3][kBatchRoom];
   float direction[3][kBatchRoom];
   float inverse[3][kBatchRoom];  ///< BoxRay
