@@ -95,7 +95,7 @@ TEST(Encodings, SectionsAreNotThereForNoObject) {
     for (const uint32_t type : test::sections_of(part))
       for (const size_t bytes : {0, 64}) {
         std::vector<Part> parts = test::parts_of(file);
-        parts.push_back({type, format::kRequired, Bytes(bytes)});
+        parts.push_back({type, format::known_section(type)->flags, Bytes(bytes)});
         expect_damaged(test::file_of(file, parts),
                        "section " + format::section_name(type) + ": is there for no object");
       }
