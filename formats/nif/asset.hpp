@@ -17,7 +17,7 @@ template <class... Part>
 struct PartsOfObject : Part::template Member<std::optional<typename Part::Data>>... {};
 
 /// Its parts are members `planes`, `triangles` and so on. There must be an encoding with exactly these
-/// (kernels/reference/reference_encodings.hpp).
+/// (kernels/reference/field_list.hpp).
 struct Object : OfParts<PartsOfObject> {
   std::string name;
   std::array<float, 3> aabb_min{}, aabb_max{};

@@ -1,6 +1,5 @@
-// The list of encodings: which parts may be combined, what users call each combination, and the functions
-// that dispatch on it. To add one, add a file to kernels/reference/encodings, and its field to AnyField
-// (docs/adding-a-part.md).
+// Objects of any encoding: which parts may be combined, what users call each combination, and the functions
+// that dispatch on it. All follows from the list in kernels/reference/field_list.hpp.
 #pragma once
 
 #include <algorithm>
@@ -13,17 +12,13 @@
 #include <type_traits>
 #include <variant>
 
-#include "kernels/reference/encodings/reference_bvh.hpp"
-#include "kernels/reference/encodings/reference_exact.hpp"
-#include "kernels/reference/encodings/reference_proof.hpp"
-#include "kernels/reference/encodings/reference_segment.hpp"
-#include "kernels/reference/encodings/reference_spherical.hpp"
+#include "kernels/reference/field_list.hpp"
 #include "kernels/reference/instance.hpp"
 
 namespace nif::kernels {
 
 /// One object, ready to be queried. Owns nothing: its fields are plain pointers into a loaded asset.
-using AnyField = std::variant<SegmentField, SphericalField, TrianglesField, ExactField, PlanesField>;
+using AnyField = OfFields<std::variant>;
 
 /// In the order of AnyField.
 inline constexpr auto kEncodings = []<class... Field>(std::type_identity<std::variant<Field...>>) {
