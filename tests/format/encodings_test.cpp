@@ -66,6 +66,11 @@ TEST(Encodings, AreNumberedOnceAndNamed) {
   EXPECT_TRUE(all_different(numbers));
   EXPECT_TRUE(all_different(names));
   EXPECT_TRUE(all_different(sections));
+  uint32_t flags = format::kCutOuts | format::kDeforms;  // those of parts that came later are different, too
+  format::for_each_part([&](auto part) {
+    EXPECT_EQ(flags & format::flag_of(part), 0u) << part.kName;
+    flags |= format::flag_of(part);
+  });
   EXPECT_EQ(std::count(numbers.begin(), numbers.end(), 0u), 0);
 }
 
