@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "bake/choice.hpp"
+#include "bake/triangles/describe_triangles.hpp"
 #include "formats/nif/asset.hpp"
 
 namespace nif::bake {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "bake/choice.hpp"
+#include "bake/planes/describe_planes.hpp"
 #include "bake/planes/grid_shape.hpp"
 #include "formats/nif/asset.hpp"
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "bake/choice.hpp"
+#include "bake/network/describe_network.hpp"
 #include "bake/network/error_limit.hpp"
 #include "bake/planes/grid_shape.hpp"
 #include "formats/nif/asset.hpp"

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "bake/choice.hpp"
+#include "bake/spherical/describe_spherical.hpp"
 #include "bake/spherical/spherical_field_options.hpp"
 #include "formats/nif/asset.hpp"
 

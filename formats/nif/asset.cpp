@@ -6,19 +6,39 @@
 
 namespace nif::format {
 
+namespace {
+
+// A part's field, and a part as its data. Some take more than the part.
+template <class Data>
+auto field_in(const Asset&, const Object&, const Data& data) {
+  return field_of(data);
+}
+kernels::NetworkField field_in(const Asset& asset, const Object& object, const NetworkData& data) {
+  return field_of(data, asset.mlps.at(data.mlp), field_of(*object.planes));
+}
+kernels::SphericalField field_in(const Asset& asset, const Object& object, const SphericalData& data) {
+  return field_of(data.grids, asset.spherical_networks.at(data.network), object.bounds());
+}
+template <class View>
+auto data_in(const ObjectView&, const View& view) {
+  return to_data(view);
+}
+NetworkData data_in(const ObjectView& object, const NetworkView& view) {
+  return to_data(view, object.planes->field);
+}
+
+}  // namespace
+
 kernels::AnyField field_of(const Asset& asset, const Object& object) {
-  kernels::PlanesField planes;
-  kernels::TrianglesField triangles;
-  kernels::NetworkField network;
-  kernels::SphericalField spherical;
-  if (object.planes) planes = field_of(*object.planes);
-  if (object.triangles) triangles = field_of(*object.triangles);
-  if (object.network) network = field_of(*object.network, asset.mlps.at(object.network->mlp), planes);
-  if (object.spherical)
-    spherical = field_of(object.spherical->grids, asset.spherical_networks.at(object.spherical->network),
-                         object.bounds());
-  return kernels::join_parts(object.planes ? &planes : nullptr, object.triangles ? &triangles : nullptr,
-                             object.network ? &network : nullptr, object.spherical ? &spherical : nullptr);
+  return with_all_parts([&]<class... Part>(Part...) {
+    std::tuple<std::optional<FieldOf<Part>>...> fields;
+    const auto make = [&](auto& field, const auto& data) {
+      if (data) field = field_in(asset, object, *data);
+      return field ? &*field : nullptr;
+    };
+    return kernels::join_parts<FieldOf<Part>...>(
+        make(std::get<std::optional<FieldOf<Part>>>(fields), Part::of(object))...);
+  });
 }
 
 kernels::SegmentField field_of(const Object& object, const Mlp& mlp) {
@@ -49,10 +69,9 @@ Asset to_asset(const AssetView& view) {
     object.triangle_count = from.triangle_count;
     object.level = from.level;
     object.error = from.error;
-    if (from.planes) object.planes = to_data(*from.planes);
-    if (from.triangles) object.triangles = to_data(*from.triangles);
-    if (from.network) object.network = to_data(*from.network, from.planes->field);
-    if (from.spherical) object.spherical = to_data(*from.spherical);
+    for_each_part([&](auto part) {
+      if (part.of(from)) part.of(object) = data_in(from, *part.of(from));
+    });
   }
   for (const PrimaryView& from : view.primaries) asset.objects[from.object].primary = to_primary(from);
   for (const NumbersView& from : view.numbers)

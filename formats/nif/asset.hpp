@@ -13,19 +13,18 @@
 
 namespace nif::format {
 
-struct Object {
+template <class... Part>
+struct PartsOfObject : Part::template Member<std::optional<typename Part::Data>>... {};
+
+/// Its parts are members `planes`, `triangles` and so on. There must be an encoding with exactly these
+/// (kernels/reference/field_list.hpp).
+struct Object : OfParts<PartsOfObject> {
   std::string name;
   std::array<float, 3> aabb_min{}, aabb_max{};
   float bias = 0;
   uint32_t triangle_count = 0;  ///< triangles of the source mesh, after cleaning
   uint32_t level = 0;           ///< above 0: a coarser stand-in for the next object, which is a level below
   float error = 0;              ///< as in ObjectRecord
-  // Its parts. There must be an encoding with exactly these (kernels/reference/reference_encodings.hpp).
-  std::optional<PlanesData> planes;
-  std::optional<TrianglesData> triangles;
-  std::optional<NetworkData> network;
-  std::optional<SphericalData> spherical;
-
   std::optional<Primary> primary;  ///< with any parts
   /// By NumbersKind, only with triangles. Without kSourceTriangles, triangles are identified by their index in
   /// the object.

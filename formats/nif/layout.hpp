@@ -4,6 +4,7 @@
 // Little-endian; the structures below are stored as they are (all members are naturally aligned, no padding).
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 namespace nif::format {
@@ -101,16 +102,18 @@ struct Name {
 /// Index of a part that an object does not have.
 inline constexpr uint32_t kNoPart = 0xffffffff;
 
-/// All are for later versions: this one answers no object that has one.
+/// Those named here are for later versions: this one answers no object that has one.
 enum ObjectFlags : uint32_t {
   kCutOuts = 1,  ///< triangles have holes
-  kDeforms = 2
+  kDeforms = 2   ///< 4 and on are free: each part that comes later has one of its own
 };
 
 inline constexpr uint32_t kMaxLevel = 15;
 
-struct ObjectRecord {  // 80 bytes
-  uint32_t flags;      ///< ObjectFlags
+struct ObjectRecord {
+  /// Of the records of files in which no object has a part that came later.
+  static constexpr uint32_t kFirstBytes = 80;
+  uint32_t flags;  ///< ObjectFlags
   /// Its parts. Each is an index into the records of that part, which is the number of earlier objects with
   /// such a part; or kNoPart.
   uint32_t planes, triangles, network, spherical;
@@ -121,8 +124,11 @@ struct ObjectRecord {  // 80 bytes
   uint32_t triangle_count;  ///< of the source mesh, after cleaning (saturated at 2^32 - 1)
   float error;              ///< most distance from the source's surface, object units; 0 if unknown or none
   uint32_t reserved[3];     ///< 0
+  // Parts that come later, two at a time, because the size is a multiple of 8. Their initial values are those of
+  // objects in records that end before: `uint32_t one = kNoPart, other = kNoPart;`
 };
-static_assert(sizeof(ObjectRecord) == 80);
+static_assert(offsetof(ObjectRecord, reserved) + 12 == ObjectRecord::kFirstBytes);
+static_assert(sizeof(ObjectRecord) % 8 == 0);
 
 enum InstanceFlags : uint32_t {
   kDisabled = 1  ///< no ray meets it

@@ -45,9 +45,9 @@ constexpr auto kKnownSections = [] {
     size_t count = 5;
   } known;
   for_each_part([&]<class Part>(Part) {
-    known.sections[known.count++] = records_section<Part>(kRequired);
+    known.sections[known.count++] = records_section<Part>(kRecordsFlags<Part>);
     if constexpr (SharesSomething<Part>)
-      known.sections[known.count++] = records_section<typename Part::Shared>(kRequired);
+      known.sections[known.count++] = records_section<typename Part::Shared>(kRecordsFlags<Part>);
   });
   for_each_optional([&]<class Kind>(Kind) {
     known.sections[known.count++] = records_section<Kind>(0);
@@ -58,12 +58,12 @@ constexpr auto kKnownSections = [] {
 
 /// Why this build cannot answer an object; null if it can.
 const char* why_unsupported(const ObjectRecord& record) {
-  const uint32_t unknown = unknown_flags(record.flags, 0);
+  const uint32_t known = with_all_parts([](auto... part) { return (flag_of(part) | ...); });
+  const uint32_t unknown = unknown_flags(record.flags, known);
   if (unknown & kCutOuts) return "has cut-outs, which this build does not know";
   if (unknown & kDeforms) return "deforms, which this build does not know";
   if (unknown != 0) return "has flags that this build does not know";
-  return kernels::encoding_with(record.planes != kNoPart, record.triangles != kNoPart,
-                                record.network != kNoPart, record.spherical != kNoPart)
+  return encoding_with_parts_of(record, [](uint32_t part) { return part != kNoPart; })
              ? nullptr
              : "has parts that this build does not read together";
 }
@@ -202,6 +202,9 @@ class Reader {
     std::copy_n(record.aabb_min, 3, view.aabb_min.begin());
     std::copy_n(record.aabb_max, 3, view.aabb_max.begin());
     for_each_part([&]<class Part>(Part) {
+      if constexpr (CameLater<Part>)  // others must not answer the object without it
+        place.require(((record.flags & Part::kFlag) != 0) == (Part::of(record) != kNoPart),
+                      Rule::record_missing);
       if (Part::of(record) == kNoPart) return;
       auto& [records, objects] = static_cast<RecordsOf<Part>&>(parts);
       place.require(Part::of(record) == objects, Rule::record_order);
@@ -298,9 +301,9 @@ AssetView read_asset(std::span<const std::byte> bytes, std::string_view file_nam
 }
 
 kernels::AnyField field_of(const ObjectView& object) {
-  return kernels::join_parts(grid_of(object), object.triangles ? &object.triangles->field : nullptr,
-                             object.network ? &object.network->field : nullptr,
-                             object.spherical ? &object.spherical->field : nullptr);
+  return with_all_parts([&]<class... Part>(Part...) {
+    return kernels::join_parts<FieldOf<Part>...>(Part::of(object) ? &Part::of(object)->field : nullptr...);
+  });
 }
 
 const kernels::PlanesField* grid_of(const ObjectView& object) {

@@ -26,7 +26,11 @@ namespace nif::format {
 /// The file's first byte must be at a multiple of this, because its 64-bit words are read in place.
 inline constexpr size_t kAddressAlignment = 8;
 
-struct ObjectView {
+template <class... Part>
+struct PartsOfView : Part::template Member<const typename Part::View*>... {};
+
+/// Its parts are members `planes`, `triangles` and so on: in the view, or null if it has none.
+struct ObjectView : OfParts<PartsOfView> {
   std::string_view name;  ///< a 0 follows it in memory
   std::array<float, 3> aabb_min{}, aabb_max{};
   float bias = 0;
@@ -37,11 +41,6 @@ struct ObjectView {
   /// Why this build cannot answer the object, which then has no parts here: "has cut-outs, which ...". Null for
   /// all others.
   const char* unsupported = nullptr;
-  // Its parts, in the view; null if it has none.
-  const PlanesView* planes = nullptr;
-  const TrianglesView* triangles = nullptr;
-  const NetworkView* network = nullptr;
-  const SphericalView* spherical = nullptr;
 
   Bounds bounds() const { return {aabb_min, aabb_max}; }
   /// Ready to be queried. The object must have this encoding, and be supported: as<kernels::SegmentField>(),

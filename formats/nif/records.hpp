@@ -110,26 +110,29 @@ class Payloads {
 };
 
 /// Records of one section, copied out one at a time. They may be longer than this build knows: what follows is
-/// ignored.
+/// ignored. Those of a first version may be shorter: what is missing has its initial value.
 template <class Record>
 class Records {
  public:
   static_assert(sizeof(Record) % 8 == 0);
+  static constexpr size_t kLeast = [] {
+    if constexpr (requires { Record::kFirstBytes; }) return size_t{Record::kFirstBytes};
+    return sizeof(Record);
+  }();
 
   Records(const SectionView& section, std::string_view file)
-      : section_(section), file_(file), size_(std::max<size_t>(section.record_size, sizeof(Record))) {
+      : section_(section), file_(file), size_(std::max<size_t>(section.record_size, kLeast)) {
     const bool there = section.bytes.data() != nullptr;  // otherwise there is no such section
-    if ((there && section.record_size < sizeof(Record)) || section.bytes.size() % size_ != 0 ||
+    if ((there && section.record_size < kLeast) || section.bytes.size() % size_ != 0 ||
         section.bytes.size() / size_ > 0xffffffffu)
       refuse(Rule::record_size, file, "section " + section_name(section.type),
              std::to_string(section.bytes.size()) + " bytes are no whole number of records of " +
-                 std::to_string(section.record_size) + ", which have at least " +
-                 std::to_string(sizeof(Record)));
+                 std::to_string(section.record_size) + ", which have at least " + std::to_string(kLeast));
   }
   uint32_t count() const { return uint32_t(section_.bytes.size() / size_); }
   Record operator[](uint32_t i) const {
-    Record record;
-    std::memcpy(&record, section_.bytes.data() + uint64_t(i) * size_, sizeof(Record));
+    Record record{};
+    std::memcpy(&record, section_.bytes.data() + uint64_t(i) * size_, std::min(size_, sizeof(Record)));
     return record;
   }
   Place place(uint32_t i) const { return {file_, section_.type, i}; }

@@ -10,7 +10,7 @@ namespace nif::format {
 
 /// RULE(number, name, status of a file that breaks it, what is wrong then: a clause without punctuation at
 /// the end). 1xx the shell, 2xx objects, instances and names, 3xx planes, 4xx networks, 5xx triangles, 6xx
-/// `spherical`, 7xx what is optional. The reader may describe the error more precisely.
+/// `spherical`, 7xx what is optional, from 750 on parts that came later. The reader may describe the error more precisely.
 #define NIF_FORMAT_RULES(RULE)                                                                             \
   RULE(101, empty_file, file_empty, "the file is empty")                                                   \
   RULE(102, foreign_file, foreign_nif,                                                                     \

@@ -23,10 +23,10 @@ class PartSections {
       const bool any = std::any_of(asset.objects.begin(), asset.objects.end(),
                                    [](const Object& object) { return Part::of(object).has_value(); });
       if (any) {
-        records_[k] = &sections.add(Part::kRecords, kRequired, sizeof(typename Part::Record));
+        records_[k] = &sections.add(Part::kRecords, kRecordsFlags<Part>, sizeof(typename Part::Record));
         if constexpr (requires { typename Part::Shared; })
-          shared_[k] =
-              &sections.add(Part::Shared::kRecords, kRequired, sizeof(typename Part::Shared::Record));
+          shared_[k] = &sections.add(Part::Shared::kRecords, kRecordsFlags<Part>,
+                                     sizeof(typename Part::Shared::Record));
       }
       ++k;
     });
@@ -54,6 +54,7 @@ class PartSections {
         const typename Part::Record own = write_record(*Part::of(object), object, data);
         records_[k]->append(&own, 1);
         Part::of(record) = counts_[k]++;
+        record.flags |= flag_of(Part());
       }
       ++k;
     });
@@ -65,7 +66,18 @@ class PartSections {
   std::array<uint32_t, kParts> counts_{};
 };
 
-void add_object(const Object& object, PartSections& parts, Section& objects, Section& names, Section& data) {
+/// Without what no object needs, so that files without parts that came later stay as they are.
+uint32_t bytes_of_records(const Asset& asset) {
+  bool later = false;
+  for_each_part([&]<class Part>(Part) {
+    if constexpr (CameLater<Part>)
+      for (const Object& object : asset.objects) later = later || Part::of(object).has_value();
+  });
+  return later ? sizeof(ObjectRecord) : ObjectRecord::kFirstBytes;
+}
+
+void add_object(const Object& object, PartSections& parts, Section& objects, uint32_t record_bytes,
+                Section& names, Section& data) {
   ObjectRecord record{};
   parts.add_object(object, record, data);
   record.level = object.level;
@@ -75,7 +87,7 @@ void add_object(const Object& object, PartSections& parts, Section& objects, Sec
   record.bias = object.bias;
   record.triangle_count = object.triangle_count;
   record.error = object.error;
-  objects.append(&record, 1);
+  objects.append(reinterpret_cast<const std::byte*>(&record), record_bytes);
 }
 
 void add_instance(const Instance& instance, Section& instances, Section& names) {
@@ -106,13 +118,14 @@ void add_optional(const Asset& asset, Sections& sections) {
 
 /// Small tables first: one page holds everything that a tool needs to describe the file.
 void fill(const Asset& asset, Sections& sections) {
-  Section& objects = sections.add(kObjects, kRequired, sizeof(ObjectRecord));
+  const uint32_t record_bytes = bytes_of_records(asset);
+  Section& objects = sections.add(kObjects, kRequired, record_bytes);
   Section& instances = sections.add(kInstances, kRequired, sizeof(InstanceRecord));
   Section& names = sections.add(kNames, kRequired);
   PartSections parts(asset, sections);
   Section& data = sections.add(kData, kRequired | kPayloads);
   parts.add_shared(asset, data);
-  for (const Object& object : asset.objects) add_object(object, parts, objects, names, data);
+  for (const Object& object : asset.objects) add_object(object, parts, objects, record_bytes, names, data);
   for (const Instance& instance : asset.instances) add_instance(instance, instances, names);
   for_each_optional([&]<class Kind>(Kind) { add_optional<Kind>(asset, sections); });
   if (!asset.metadata.empty())

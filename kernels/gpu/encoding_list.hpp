@@ -1,7 +1,7 @@
 // A list of encodings as a type, and the numbers that follow from each one's position in it.
 //
 // An encoding is a structure in kernels/gpu/encodings with
-//   HostField, Field                 its field on the host, and in device memory
+//   Field                            its field in device memory
 //   kKinds                           how many kinds of its objects kernels tell apart: each has a bit in the
 //                                    sets of kinds that kernels are made for
 //   kHasItems                        whether its objects may leave rays to a network, as items of the
@@ -19,7 +19,7 @@
 //   kProves                          whether its proofs can be queried alone; if so, there is
 //   prove(object, ray, open)         what the proofs say, and the part of a ray that they leave open
 //                                    (kernels/reference/planes/open.hpp)
-//   describe(hash)                   what of HostField crosses from the runtime to the GPU module
+//   describe(hash)                   what of its field on the host crosses from the runtime to the GPU module
 //   upload(field)                    on the host: how a field gets to device memory (upload.hpp)
 #pragma once
 
@@ -40,13 +40,10 @@ constexpr uint32_t first_kind_bit(EncodingList<Encoding...>) {
   return bit;
 }
 
-/// The encoding of a host field.
-template <class HostField, class First, class... Others>
-constexpr auto encoding_of(EncodingList<First, Others...>) {
-  if constexpr (std::is_same_v<HostField, typename First::HostField>)
-    return First();
-  else
-    return encoding_of<HostField>(EncodingList<Others...>());
-}
+/// For the field of each encoding on the host: `Encoding`, that structure. The structure's file says so.
+template <class HostField>
+struct GpuEncodingOf;
+template <class... HostField>
+using EncodingsOf = EncodingList<typename GpuEncodingOf<HostField>::Encoding...>;
 
 }  // namespace nif::kernels::gpu

@@ -1,5 +1,5 @@
 // The list of encodings that have GPU kernels. Kernels and the GPU module take from it everything that is
-// alike for all encodings. To add an encoding, add a file to kernels/gpu/encodings and a line to the list
+// alike for all encodings. To add an encoding, add a file to kernels/gpu/encodings and include it
 // (docs/adding-a-part.md).
 #pragma once
 
@@ -9,10 +9,12 @@
 #include "kernels/gpu/encodings/gpu_proof.hpp"
 #include "kernels/gpu/encodings/gpu_segment.hpp"
 #include "kernels/gpu/encodings/gpu_spherical.hpp"
+#include "kernels/reference/field_list.hpp"
 
 namespace nif::kernels::gpu {
 
-using Encodings = EncodingList<SegmentEncoding, SphericalEncoding, BvhEncoding, ExactEncoding, ProofEncoding>;
+/// In the order of kernels/reference/field_list.hpp.
+using Encodings = OfFields<EncodingsOf>;
 
 /// Kernels of the pipeline that answer items, for the encodings that have items (kernel_list.hpp describes
 /// the arguments).

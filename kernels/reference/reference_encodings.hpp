@@ -1,37 +1,29 @@
-// The list of encodings: which parts may be combined, what users call each combination, and the functions
-// that dispatch on it. To add one, add a file to kernels/reference/encodings and lines to the lists here
-// (docs/adding-a-part.md).
+// Objects of any encoding: which parts may be combined, what users call each combination, and the functions
+// that dispatch on it. All follows from the list in kernels/reference/field_list.hpp.
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
-#include <iterator>
 #include <limits>
+#include <tuple>
+#include <type_traits>
 #include <variant>
 
-#include "kernels/reference/encodings/reference_bvh.hpp"
-#include "kernels/reference/encodings/reference_exact.hpp"
-#include "kernels/reference/encodings/reference_proof.hpp"
-#include "kernels/reference/encodings/reference_segment.hpp"
-#include "kernels/reference/encodings/reference_spherical.hpp"
+#include "kernels/reference/field_list.hpp"
 #include "kernels/reference/instance.hpp"
 
 namespace nif::kernels {
 
 /// One object, ready to be queried. Owns nothing: its fields are plain pointers into a loaded asset.
-using AnyField = std::variant<SegmentField, SphericalField, TrianglesField, ExactField, PlanesField>;
+using AnyField = OfFields<std::variant>;
 
-/// The user's name of an encoding; the number is that of NifEncoding.
-struct EncodingName {
-  uint32_t number;
-  const char* name;
-};
 /// In the order of AnyField.
-inline constexpr EncodingName kEncodings[] = {
-    {1, "segment"}, {2, "spherical"}, {3, "bvh"}, {4, "exact"}, {5, "proof"}};
-static_assert(std::size(kEncodings) == std::variant_size_v<AnyField>);
+inline constexpr auto kEncodings = []<class... Field>(std::type_identity<std::variant<Field...>>) {
+  return std::array{EncodingOf<Field>::kName...};
+}(std::type_identity<AnyField>());
 
 /// The encoding that a field type belongs to.
 template <class Field, size_t kPlace = 0>
@@ -42,22 +34,47 @@ constexpr const EncodingName& encoding_of_field() {
     return encoding_of_field<Field, kPlace + 1>();
 }
 
-/// The encoding with exactly these parts; null if there is none.
-constexpr const EncodingName* encoding_with(bool planes, bool triangles, bool network, bool spherical) {
-  if (spherical) return planes || triangles || network ? nullptr : &encoding_of_field<SphericalField>();
-  if (network) return planes && !triangles ? &encoding_of_field<SegmentField>() : nullptr;
-  if (planes) return triangles ? &encoding_of_field<ExactField>() : &encoding_of_field<PlanesField>();
-  return triangles ? &encoding_of_field<TrianglesField>() : nullptr;
+template <class Part, class... Own>
+constexpr bool has_part(MadeOf<Own...>) {
+  return (std::same_as<Part, Own> || ...);
 }
 
-/// Joins an object's parts into one field. Their combination must be an encoding.
-inline AnyField join_parts(const PlanesField* planes, const TrianglesField* triangles,
-                           const NetworkField* network, const SphericalField* spherical) {
-  if (spherical) return *spherical;
-  if (network) return SegmentField{*planes, *network};
-  if (planes && triangles) return ExactField{*planes, *triangles};
-  if (planes) return *planes;
-  return *triangles;
+/// Calls ask(std::type_identity<Field>()) for the encoding of objects that have these parts, named by their fields,
+/// and no others. Returns false if there is none.
+template <class... Part, class Ask>
+constexpr bool for_encoding_with(const std::array<bool, sizeof...(Part)>& has, const Ask& ask) {
+  const auto try_one = [&]<class Field>(std::type_identity<Field> field) {
+    const bool found = has == std::array<bool, sizeof...(Part)>{has_part<Part>(EncodingOf<Field>())...};
+    if (found) ask(field);
+    return found;
+  };
+  return [&]<class... Field>(std::type_identity<std::variant<Field...>>) {
+    return (try_one(std::type_identity<Field>()) || ...);
+  }(std::type_identity<AnyField>());
+}
+
+/// That encoding; null if there is none.
+template <class... Part>
+constexpr const EncodingName* encoding_with(const std::array<bool, sizeof...(Part)>& has) {
+  const EncodingName* name = nullptr;
+  for_encoding_with<Part...>(
+      has, [&]<class Field>(std::type_identity<Field>) { name = &encoding_of_field<Field>(); });
+  return name;
+}
+
+template <class Field, class... Own, class... Part>
+Field join_as(MadeOf<Own...>, const std::tuple<const Part*...>& parts) {
+  return Field{*std::get<const Own*>(parts)...};
+}
+
+/// Joins an object's parts into one field; those that it lacks are null. Their combination must be an encoding.
+template <class... Part>
+AnyField join_parts(const Part*... part) {
+  AnyField joined;
+  for_encoding_with<Part...>({part != nullptr...}, [&]<class Field>(std::type_identity<Field>) {
+    joined = join_as<Field>(EncodingOf<Field>(), std::tuple(part...));
+  });
+  return joined;
 }
 
 // These are templates so that nothing converts to an AnyField: an encoding that lacks one of these functions

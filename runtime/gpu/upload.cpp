@@ -20,7 +20,7 @@ std::unique_ptr<FieldUpload> make_upload(const kernels::AnyField& field) {
   return std::visit(
       [](const auto& own) {
         using Field = std::remove_cvref_t<decltype(own)>;
-        using Encoding = decltype(kernels::gpu::encoding_of<Field>(kernels::gpu::Encodings()));
+        using Encoding = typename kernels::gpu::GpuEncodingOf<Field>::Encoding;
         return std::unique_ptr<FieldUpload>(Encoding::upload(own));
       },
       field);

@@ -66,6 +66,11 @@ TEST(Encodings, AreNumberedOnceAndNamed) {
   EXPECT_TRUE(all_different(numbers));
   EXPECT_TRUE(all_different(names));
   EXPECT_TRUE(all_different(sections));
+  uint32_t flags = format::kCutOuts | format::kDeforms;  // those of parts that came later are different, too
+  format::for_each_part([&](auto part) {
+    EXPECT_EQ(flags & format::flag_of(part), 0u) << part.kName;
+    flags |= format::flag_of(part);
+  });
   EXPECT_EQ(std::count(numbers.begin(), numbers.end(), 0u), 0);
 }
 
@@ -95,7 +100,7 @@ TEST(Encodings, SectionsAreNotThereForNoObject) {
     for (const uint32_t type : test::sections_of(part))
       for (const size_t bytes : {0, 64}) {
         std::vector<Part> parts = test::parts_of(file);
-        parts.push_back({type, format::kRequired, Bytes(bytes)});
+        parts.push_back({type, format::known_section(type)->flags, Bytes(bytes)});
         expect_damaged(test::file_of(file, parts),
                        "section " + format::section_name(type) + ": is there for no object");
       }

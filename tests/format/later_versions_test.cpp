@@ -174,6 +174,30 @@ TEST(LaterVersions, RecordsMayBeLonger) {
   EXPECT_EQ(status_of(file_of(good(), parts)), Status::damaged_nif);
 }
 
+/// As an ObjectRecord with a part that came later.
+struct GrownRecord {
+  static constexpr uint32_t kFirstBytes = 8;
+  uint32_t first[2];
+  uint32_t later = kNoPart, spare = kNoPart;
+};
+
+TEST(LaterVersions, RecordsOfTheFirstVersionStayReadable) {
+  const uint32_t words[] = {1, 2, 3, 4, 5, 6, 7, 8};
+  const auto read = [&](uint32_t record_size) {
+    return format::Records<GrownRecord>(
+        {format::fourcc("GROW"), 0, record_size, 0, std::as_bytes(std::span(words))}, "x.nif");
+  };
+  const auto small = read(8), large = read(16);
+  ASSERT_EQ(small.count(), 4u);
+  EXPECT_EQ(small[3].first[1], 8u);
+  EXPECT_EQ(small[3].later, kNoPart);
+  ASSERT_EQ(large.count(), 2u);
+  EXPECT_EQ(large[1].first[1], 6u);
+  EXPECT_EQ(large[1].spare, 8u);
+  EXPECT_THROW(read(4), Error);
+  EXPECT_THROW(read(0), Error);
+}
+
 /// What lies between payloads, and after them, belongs to something else.
 TEST(LaterVersions, PayloadsMayHaveOthersBetween) {
   for (const PayloadKind& kind : payload::kPayloadKinds) {

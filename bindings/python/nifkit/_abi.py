@@ -38,7 +38,7 @@ class ErrorCode(enum.IntEnum):
 
 
 class Encoding(enum.IntEnum):
-    """How an object stores what blocks rays. The numbers are those of the file format."""
+    """How an object stores what blocks rays. The numbers never change."""
 
     SEGMENT = 1
     """Voxels, and a small network for what they leave open; compact, may err."""

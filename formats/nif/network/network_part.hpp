@@ -151,6 +151,11 @@ struct NetworkPart {
   using View = NetworkView;
   using Shared = MlpsOfNetworks;
 
+  template <class Held>
+  struct Member {
+    Held network{};
+  };
+
   template <class Object>
   static auto& of(Object& object) {
     return object.network;

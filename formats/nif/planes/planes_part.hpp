@@ -110,6 +110,11 @@ struct PlanesPart {
   using Data = PlanesData;
   using View = PlanesView;
 
+  template <class Held>
+  struct Member {
+    Held planes{};
+  };
+
   /// The member of an object's record, data or view.
   template <class Object>
   static auto& of(Object& object) {

@@ -150,6 +150,11 @@ struct SphericalPart {
   using View = SphericalView;
   using Shared = PairsOfNetworks;
 
+  template <class Held>
+  struct Member {
+    Held spherical{};
+  };
+
   template <class Object>
   static auto& of(Object& object) {
     return object.spherical;

@@ -59,6 +59,11 @@ struct TrianglesPart {
   using Data = TrianglesData;
   using View = TrianglesView;
 
+  template <class Held>
+  struct Member {
+    Held triangles{};
+  };
+
   template <class Object>
   static auto& of(Object& object) {
     return object.triangles;

@@ -1,6 +1,7 @@
 // Adds the exact `bvh` objects to the list of encodings (kernels/gpu/encoding_list.hpp).
 #pragma once
 
+#include "kernels/gpu/encoding_list.hpp"
 #include "kernels/gpu/triangles/triangles_kernels.hpp"
 
 namespace nif::kernels::gpu {
@@ -8,7 +9,6 @@ namespace nif::kernels::gpu {
 class FieldUpload;
 
 struct BvhEncoding {
-  using HostField = TrianglesField;
   using Field = TrianglesField;
   enum Kind : uint32_t {
     kExact = 1,
@@ -45,6 +45,10 @@ struct BvhEncoding {
                                 &F::triangle_count, &F::extent});
   }
   static FieldUpload* upload(const TrianglesField& field);
+};
+template <>
+struct GpuEncodingOf<TrianglesField> {
+  using Encoding = BvhEncoding;
 };
 
 }  // namespace nif::kernels::gpu

@@ -2,6 +2,7 @@
 // kernels/gpu/planes and of kernels/gpu/triangles.
 #pragma once
 
+#include "kernels/gpu/encoding_list.hpp"
 #include "kernels/gpu/encodings/gpu_bvh.hpp"
 #include "kernels/gpu/planes/planes_device_field.hpp"
 #include "kernels/gpu/planes/skipping_traversal.hpp"
@@ -47,7 +48,6 @@ NIF_HOST_DEVICE Hit find_exact_hit(const DeviceExactField& field, const Segment&
 }
 
 struct ExactEncoding {
-  using HostField = ExactField;
   using Field = DeviceExactField;
   enum Kind : uint32_t { kProvenFirst = 1 };
   static constexpr uint32_t kKinds = 1;
@@ -76,6 +76,10 @@ struct ExactEncoding {
     hash.template structure<ExactField>({&ExactField::planes, &ExactField::triangles});
   }
   static FieldUpload* upload(const ExactField& field);
+};
+template <>
+struct GpuEncodingOf<ExactField> {
+  using Encoding = ExactEncoding;
 };
 
 }  // namespace nif::kernels::gpu

@@ -1,6 +1,7 @@
 // Adds the `proof` objects to the list of encodings (kernels/gpu/encoding_list.hpp).
 #pragma once
 
+#include "kernels/gpu/encoding_list.hpp"
 #include "kernels/gpu/object.hpp"
 #include "kernels/gpu/planes/planes_device_field.hpp"
 #include "kernels/gpu/planes/planes_query.hpp"
@@ -20,7 +21,6 @@ NIF_HOST_DEVICE inline ObjectAnswer answer_proof_ray(const DevicePlanesField& fi
 }
 
 struct ProofEncoding {
-  using HostField = PlanesField;
   using Field = DevicePlanesField;
   enum Kind : uint32_t { kProven = 1 };
   static constexpr uint32_t kKinds = 1;
@@ -54,6 +54,10 @@ struct ProofEncoding {
     describe_planes(hash);
   }
   static FieldUpload* upload(const PlanesField& field);
+};
+template <>
+struct GpuEncodingOf<PlanesField> {
+  using Encoding = ProofEncoding;
 };
 
 }  // namespace nif::kernels::gpu

@@ -1,6 +1,7 @@
 // Adds the `segment` encoding to the list of encodings (kernels/gpu/encoding_list.hpp).
 #pragma once
 
+#include "kernels/gpu/encoding_list.hpp"
 #include "kernels/gpu/network/network_stages.hpp"
 #include "kernels/gpu/planes/planes_device_field.hpp"
 #include "kernels/gpu/planes/planes_query.hpp"
@@ -10,7 +11,6 @@ namespace nif::kernels::gpu {
 class FieldUpload;
 
 struct SegmentEncoding {
-  using HostField = SegmentField;
   using Field = DeviceSegmentField;
   enum Kind : uint32_t {
     kPairs = 1,  ///< two features per corner, in corner bricks: what the baker makes
@@ -72,6 +72,10 @@ struct SegmentEncoding {
     return answer_segment_ray<kFeatures>(thread, *static_cast<const Field*>(object.field), ray, kept,
                                          object.widest, reinterpret_cast<unsigned char*>(row + kKeptWords));
   }
+};
+template <>
+struct GpuEncodingOf<SegmentField> {
+  using Encoding = SegmentEncoding;
 };
 
 /// Networks of fields with two features per corner, and with any number.

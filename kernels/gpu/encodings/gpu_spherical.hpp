@@ -1,6 +1,7 @@
 // Adds the `spherical` encoding to the list of encodings (kernels/gpu/encoding_list.hpp).
 #pragma once
 
+#include "kernels/gpu/encoding_list.hpp"
 #include "kernels/gpu/spherical/spherical_kernels.hpp"
 #include "kernels/gpu/spherical/spherical_stages.hpp"
 #include "kernels/reference/spherical/spherical_query.hpp"
@@ -10,7 +11,6 @@ namespace nif::kernels::gpu {
 class FieldUpload;
 
 struct SphericalEncoding {
-  using HostField = SphericalField;
   using Field = SphericalField;
   static constexpr uint32_t kKinds = 1;
   static constexpr bool kHasItems = true, kProves = false;
@@ -51,6 +51,10 @@ struct SphericalEncoding {
                                 &F::slope});
   }
   static FieldUpload* upload(const SphericalField& field);
+};
+template <>
+struct GpuEncodingOf<SphericalField> {
+  using Encoding = SphericalEncoding;
 };
 
 /// Half precision: narrow networks have kHalfTiles, wide ones kMostHalfTiles.

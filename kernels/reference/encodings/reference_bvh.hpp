@@ -2,6 +2,7 @@
 // an object besides its answers.
 #pragma once
 
+#include "kernels/reference/encoding.hpp"
 #include "kernels/reference/ray.hpp"
 #include "kernels/reference/triangles/triangles_field.hpp"
 #include "kernels/reference/triangles/triangles_hit.hpp"
@@ -31,5 +32,10 @@ inline ObjectBox object_box(const TrianglesField& field) {
 /// kCertainReach counts units; kBvhUnits of them make the extent.
 inline float reach_scale(const TrianglesField& field) { return kBvhUnits / field.extent; }
 inline Calibration calibration(const TrianglesField&) { return {}; }
+
+template <>
+struct EncodingOf<TrianglesField> : MadeOf<TrianglesField> {
+  static constexpr EncodingName kName{3, "bvh"};
+};
 
 }  // namespace nif::kernels

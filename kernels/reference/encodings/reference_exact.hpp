@@ -5,6 +5,7 @@
 // treats such an object like its triangles.
 #pragma once
 
+#include "kernels/reference/encoding.hpp"
 #include "kernels/reference/encodings/reference_bvh.hpp"
 #include "kernels/reference/planes/open.hpp"
 
@@ -105,5 +106,10 @@ inline Hit intersect(const ExactField& field, const Segment& segment, float limi
     return no_hit(certain_by_planes(field, segment, seen));
   return nearest_hit(field.triangles, segment, limit, ray);
 }
+
+template <>
+struct EncodingOf<ExactField> : MadeOf<PlanesField, TrianglesField> {
+  static constexpr EncodingName kName{4, "exact"};
+};
 
 }  // namespace nif::kernels

@@ -2,6 +2,7 @@
 // rest open, for a BVH of the caller's (docs/encodings/proof.md).
 #pragma once
 
+#include "kernels/reference/encoding.hpp"
 #include "kernels/reference/planes/open.hpp"
 #include "kernels/reference/planes/planes_hit.hpp"
 #include "kernels/reference/ray.hpp"
@@ -30,5 +31,10 @@ inline ObjectBox object_box(const PlanesField& field) {
 inline float reach_scale(const PlanesField& field) { return field.cells_per_unit; }
 /// A ray that is left open gets the probability 1/2.
 inline Calibration calibration(const PlanesField&) { return {0, 0}; }
+
+template <>
+struct EncodingOf<PlanesField> : MadeOf<PlanesField> {
+  static constexpr EncodingName kName{5, "proof"};
+};
 
 }  // namespace nif::kernels

@@ -2,6 +2,7 @@
 // (docs/encodings/segment.md). A scene treats such an object like its planes.
 #pragma once
 
+#include "kernels/reference/encoding.hpp"
 #include "kernels/reference/encodings/reference_proof.hpp"
 #include "kernels/reference/network/evaluate_network.hpp"
 #include "kernels/reference/network/samples.hpp"
@@ -66,5 +67,10 @@ Hit intersect_as(const Field& field, const Segment& segment, float limit) {
 inline Hit intersect(const SegmentField& field, const Segment& segment, float limit = kNoHit) {
   return intersect_as(field, segment, limit);
 }
+
+template <>
+struct EncodingOf<SegmentField> : MadeOf<PlanesField, NetworkField> {
+  static constexpr EncodingName kName{1, "segment"};
+};
 
 }  // namespace nif::kernels

@@ -2,6 +2,7 @@
 // about an object besides its answers.
 #pragma once
 
+#include "kernels/reference/encoding.hpp"
 #include "kernels/reference/ray.hpp"
 #include "kernels/reference/spherical/spherical_field.hpp"
 #include "kernels/reference/spherical/spherical_query.hpp"
@@ -22,5 +23,10 @@ inline ObjectBox object_box(const SphericalField& field) {
 /// kCertainReach counts units; kSphericalUnits of them make the diagonal.
 inline float reach_scale(const SphericalField& field) { return field.reach_scale; }
 inline Calibration calibration(const SphericalField&) { return {kSphericalLogitScale, 0}; }
+
+template <>
+struct EncodingOf<SphericalField> : MadeOf<SphericalField> {
+  static constexpr EncodingName kName{2, "spherical"};
+};
 
 }  // namespace nif::kernels

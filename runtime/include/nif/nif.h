@@ -292,7 +292,7 @@ typedef struct NifPartInfo {
  * up to those of NifAssetInfo. Allocates nothing. */
 NIF_API NifError nifGetPartInfo(NifAsset asset, uint32_t part, NifPartInfo* info);
 
-/* How an object stores what blocks rays. The numbers are those of the file format. */
+/* How an object stores what blocks rays. The numbers never change. */
 typedef enum NifEncoding {
   NIF_ENCODING_SEGMENT = 1,   /* voxels, and a small network for what they leave open; compact, may err */
   NIF_ENCODING_SPHERICAL = 2, /* the published Neural Intersection Function, for comparison; may err */

@@ -13,7 +13,7 @@ namespace nif::runtime {
 
 template <class... Field>
 constexpr void describe_fields(LayoutHash& hash, std::type_identity<std::variant<Field...>>) {
-  (kernels::gpu::encoding_of<Field>(kernels::gpu::Encodings()).describe(hash), ...);
+  (kernels::gpu::GpuEncodingOf<Field>::Encoding::describe(hash), ...);
 }
 
 /// Covers everything reachable from the arguments of GpuModule's functions.

@@ -1,0 +1,15 @@
+// Describes features and a network for `nif info`.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "formats/nif/network/network_part.hpp"
+
+namespace nif::bake {
+
+/// As JSON, its bytes in a file in detail, and in a few words.
+void describe(const format::NetworkView& view, nlohmann::ordered_json& json, nlohmann::ordered_json& bytes);
+std::string summary(const format::NetworkView& view);
+
+}  // namespace nif::bake

@@ -1,0 +1,15 @@
+// Describes a grid with planes for `nif info`.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "formats/nif/planes/planes_part.hpp"
+
+namespace nif::bake {
+
+/// As JSON, its bytes in a file in detail, and in a few words.
+void describe(const format::PlanesView& view, nlohmann::ordered_json& json, nlohmann::ordered_json& bytes);
+std::string summary(const format::PlanesView& view);
+
+}  // namespace nif::bake
