@@ -41,11 +41,10 @@ void prove_rays(const Field& field, const TraversalGrid& grid, const SegmentBatc
     for (uint32_t k = 0; k < s.log.count; ++k) {
       const uint32_t i = s.log.ray(k);
       const Segment segment = segment_of(batch, i);
-      TraversalResult traversal;
+      TraversalResult found;
       float reach;
-      to_grid_space(field, segment, traversal, reach);
-      const OpenInterval part =
-          widen(field, segment, traversal, {s.log.begin[k] + 0.0f, s.log.end[k] + 0.0f});
+      to_grid_space(field, segment, found, reach);
+      const OpenInterval part = widen(field, segment, found, {s.log.begin[k] + 0.0f, s.log.end[k] + 0.0f});
       open.begin[i] = part.begin;
       open.end[i] = part.end;
       answers.logit[i] = kOpenLogit;
