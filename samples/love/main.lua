@@ -46,7 +46,7 @@ local function prepare(arguments)
   local device
   device, why = nif.device(0)
   if not device then return nil, why end
-  asset, why = device:asset(options.asset)
+  asset, why = device:load(options.asset)
   if not asset then return nil, why end
   scene, why = museum.build(device, asset, options.up)
   if not scene then return nil, ("%s: %s"):format(options.asset, why) end

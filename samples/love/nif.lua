@@ -52,7 +52,7 @@ function Device:info()
 end
 
 -- Loads a .nif file.
-function Device:asset(path)
+function Device:load(path)
   local out = ffi.new("NifAsset[1]")
   if C.nifLoadAssetFile(self.handle, path, C.NIF_LOAD_COPY, out) ~= C.NIF_OK then return nil, sentence() end
   return setmetatable({ handle = ffi.gc(out[0], C.nifReleaseAsset) }, Asset)
@@ -68,13 +68,6 @@ function Asset:answers_all()
     if object.encoding == C.NIF_ENCODING_PROOF then return false end
   end
   return true
-end
-
--- Bytes in memory.
-function Asset:bytes()
-  local info = ffi.new("NifAssetInfo", { struct_size = ffi.sizeof("NifAssetInfo") })
-  if C.nifGetAssetInfo(self.handle, info) ~= C.NIF_OK then return nil, sentence() end
-  return tonumber(info.resident_bytes)
 end
 
 function Device:scene()

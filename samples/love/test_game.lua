@@ -26,10 +26,10 @@ assert(nif.load(library))
 local museum, sight, Guard, game, plan = require("museum"), require("sight"), require("guard"), require("game"), require("plan")
 
 local device = assert(nif.device(1))
-refused("no_such.nif", device:asset(scratch .. "/no_such.nif"))
-refused(arg[0], device:asset(arg[0]))
+refused("no_such.nif", device:load(scratch .. "/no_such.nif"))
+refused(arg[0], device:load(arg[0]))
 refused("threads", nif.device(-1))
-local asset = assert(device:asset(asset_path))
+local asset = assert(device:load(asset_path))
 local scene = assert(museum.build(device, asset, up))
 
 -- Each statue stands in its cell, on the floor.
@@ -182,7 +182,7 @@ local function resident()
 end
 local function load_and_drop(times)
   for i = 1, times do
-    local one = assert(device:asset(small_path))
+    local one = assert(device:load(small_path))
     local hall = assert(device:scene())
     assert(hall:add_asset(one))
     assert(hall:commit())

@@ -231,7 +231,7 @@ TEST_P(GpuInstances, NumbersOfNewOnes) {
     for (const uint32_t i : {0u, 2u, 3u}) scene.remove_instance(i);
   });
   const uint32_t count = twins.objects(asset);
-  EXPECT_EQ(twins.gpu_scene().add_asset(twins.gpu_asset(asset)), 5u);
+  EXPECT_EQ(twins.gpu_scene().add_asset(twins.gpu_asset(asset)).first, 5u);
   EXPECT_EQ(twins.gpu_scene().add_instance(twins.gpu_asset(asset), 0), 0u);
   EXPECT_EQ(twins.gpu_scene().add_instance(twins.gpu_asset(asset), 1), 2u);
   EXPECT_EQ(twins.gpu_scene().info().instance_end, 5 + count);

@@ -1,10 +1,18 @@
 // nif.hpp gives the same answers as nif.h, with handles that release themselves, and errors as exceptions.
+#include "tests/runtime/open_answers.hpp"
 #include "tests/runtime/runtime_fixture.hpp"
 
 namespace nif::test {
 namespace {
 
 class Wrapper : public RuntimeTest {};
+
+template <class Mask>
+concept IsMask = requires(nifkit::Rays& rays, Mask mask) {
+  rays.mask(static_cast<Mask>(mask));
+};
+static_assert(IsMask<const uint32_t&> && !IsMask<uint32_t&&>,
+              "a mask is a variable, because its place is kept");
 
 TEST_F(Wrapper, LoadsAndQueries) {
   const format::AssetView& view = make(1);
@@ -17,8 +25,10 @@ TEST_F(Wrapper, LoadsAndQueries) {
     EXPECT_STREQ(asset.instance(0).name, "instance 0");
     EXPECT_EQ(asset.metadata(), view.metadata);
     EXPECT_EQ(scene.add_instance(asset, 0, kIdentity), 0u);
-    EXPECT_EQ(scene.add_asset(asset), 1u);
-    EXPECT_EQ(scene.add_asset(asset, kIdentity), 5u);
+    EXPECT_EQ(scene.add_asset(asset).first, 1u);
+    const nifkit::AddedInstances added = scene.add_asset(asset, kIdentity);
+    EXPECT_EQ(added.first, 5u);
+    EXPECT_EQ(added.count, asset.info().instance_count);
     scene.set_instance_transform(0, kIdentity);
   }
   nifkit::Scene copy = scene;
@@ -68,6 +78,111 @@ TEST_F(Wrapper, LoadsAndQueries) {
   for (size_t i = 0; i < rays.size(); ++i) EXPECT_EQ(later[i], expected.certain[i] ? expected.visible[i] : 0);
 }
 
+TEST_F(Wrapper, OneRay) {
+  const format::AssetView& view = make(1, {.objects = 2, .instances = 0, .bvhs = 1, .exacts = 1});
+  const nifkit::Device device;
+  nifkit::Scene scene(device);
+  const nifkit::Asset asset = nifkit::Asset::load(device, file_);
+  EXPECT_EQ(scene.add_asset(asset).count, 4u);
+  scene.commit();
+  const auto rays = rays_near(view, 2, 99);
+  std::vector<float> t(rays.size()), normal(3 * rays.size());
+  std::vector<uint32_t> instance(rays.size());
+  std::vector<int32_t> logit(rays.size());
+  scene.intersect(rays, nifkit::Hits().t(t).normal(normal).instance(instance));
+  scene.query(rays, nifkit::Answers().logit(logit));
+  for (size_t i = 0; i < rays.size(); ++i) {
+    float one_t = -1;
+    std::array<float, 3> one_normal{};
+    uint32_t one_instance = 0;
+    int32_t one_logit = 0;
+    scene.intersect(rays[i], nifkit::Hits().t({&one_t, 1}).normal(one_normal).instance({&one_instance, 1}));
+    EXPECT_EQ(one_t, t[i]);
+    EXPECT_TRUE(std::ranges::equal(one_normal, std::span(normal).subspan(3 * i, 3)));
+    EXPECT_EQ(one_instance, instance[i]);
+    scene.query(rays[i], nifkit::Answers().logit({&one_logit, 1}));
+    EXPECT_EQ(one_logit, logit[i]);
+  }
+  EXPECT_GT(std::ranges::count(instance, NIF_NONE), 0);
+  EXPECT_LT(std::ranges::count(instance, NIF_NONE), 99);
+  // Arrays are checked for one ray, too.
+  std::array<float, 2> too_short{};
+  EXPECT_THROW(scene.intersect(rays[0], nifkit::Hits().normal(too_short)), nifkit::Error);
+  EXPECT_THROW(scene.query(rays[0], nifkit::Answers().logit({})), nifkit::Error);
+}
+
+TEST_F(Wrapper, ListsOpenRays) {
+  const format::AssetView& view = make(1);
+  const nifkit::Device device;
+  nifkit::Scene scene(device);
+  const nifkit::Asset asset = nifkit::Asset::load(device, file_);
+  scene.remove_instance(scene.add_instance(asset, 1));
+  scene.add_instance(asset, 0);
+  EXPECT_EQ(scene.add_instance(asset, 0), 1u);
+  scene.remove_instance(0);
+  scene.commit();
+  Random random(3);
+  const auto rays = random_rays(random, view.objects[0].as<kernels::SegmentField>(), 999);
+  std::vector<uint8_t> certain(rays.size());
+  scene.query(rays, nifkit::Answers().certain(certain));
+  const auto uncertain = size_t(std::ranges::count(certain, 0));
+  ASSERT_GT(uncertain, 1u);
+  std::vector<uint32_t> numbers(rays.size()), instances(rays.size(), 7);
+  std::vector<float> tmin(rays.size()), tmax(rays.size());
+  const nifkit::Answers none;
+  EXPECT_EQ(scene.query_open(rays, none, numbers, tmin, tmax), uncertain);
+  for (size_t k = 0; k < uncertain; ++k) EXPECT_EQ(certain[numbers[k]], 0);
+  EXPECT_EQ(scene.query_open(rays, none, numbers, tmin, tmax, std::span(instances).first(uncertain - 1)),
+            uncertain);
+  EXPECT_EQ(size_t(std::ranges::count(instances, 1u)), uncertain - 1);
+  EXPECT_EQ(instances[uncertain - 1], 7u) << "the shortest list is the capacity";
+}
+
+TEST_F(Wrapper, Scratch) {
+  make(1);
+  const nifkit::Device device;
+  nifkit::Scene scene(device);
+  scene.add_asset(nifkit::Asset::load(device, file_));
+  scene.commit();
+  const std::vector<NifRay> rays(9, NifRay{{-9, 0, 0}, 0, {1, 0, 0}, 99});
+  std::vector<uint8_t> visible(rays.size(), 7);
+  EXPECT_EQ(scene.query_scratch_bytes(0), 0u);
+  const uint64_t bytes = scene.query_scratch_bytes(rays.size());
+  std::vector<std::byte> memory(bytes + 64);
+  std::byte* const aligned = memory.data() + (64 - reinterpret_cast<uintptr_t>(memory.data()) % 64);
+  scene.query(nifkit::Rays(rays).scratch({aligned, bytes}), nifkit::Answers().visible(visible));
+  EXPECT_EQ(visible[8], scene.query(rays[8]));
+  EXPECT_THROW(
+      scene.query(nifkit::Rays(rays).scratch({aligned, bytes - 1}), nifkit::Answers().visible(visible)),
+      nifkit::Error);
+}
+
+TEST_F(Wrapper, MovesManyInstances) {
+  make(1);
+  const nifkit::Device device;
+  nifkit::Scene scene(device);
+  const nifkit::Asset asset = nifkit::Asset::load(device, file_);
+  for (uint32_t object : {0u, 1u, 0u}) scene.add_instance(asset, object);
+  std::vector<nifkit::Transform> transforms(3, kIdentity);
+  const auto x = [&](uint32_t instance) { return scene.instance(instance).transform[3]; };
+  for (uint32_t i = 0; i < 3; ++i) transforms[i][3] = float(i + 1);
+  scene.set_instance_transforms(transforms);
+  EXPECT_EQ(std::vector({x(0), x(1), x(2)}), std::vector({1.f, 2.f, 3.f}));
+  const std::array<uint32_t, 2> some{2, 0};
+  scene.set_instance_transforms(some, std::span(transforms).first(2));
+  EXPECT_EQ(std::vector({x(0), x(1), x(2)}), std::vector({2.f, 2.f, 1.f}));
+  EXPECT_THROW(scene.set_instance_transforms(some, transforms), nifkit::Error);
+  scene.set_instance_transforms({});
+  transforms.resize(4, kIdentity);
+  EXPECT_THROW(scene.set_instance_transforms(transforms), nifkit::Error);
+}
+
+TEST_F(Wrapper, ListsBackends) {
+  EXPECT_STREQ(nifkit::backend(0).name, "cpu");
+  EXPECT_EQ(nifkit::backend(0).available, 1u);
+  EXPECT_THROW(nifkit::backend(99), nifkit::Error);
+}
+
 TEST_F(Wrapper, Throws) {
   const nifkit::Device device;
   try {
@@ -75,6 +190,7 @@ TEST_F(Wrapper, Throws) {
     FAIL();
   } catch (const nifkit::Error& error) {
     EXPECT_EQ(error.code(), NIF_ERROR_FILE_NOT_FOUND);
+    EXPECT_STREQ(error.code_name(), "NIF_ERROR_FILE_NOT_FOUND");
     EXPECT_STREQ(error.what(), "nowhere.nif: there is no such file");
   }
   const std::vector<NifRay> rays(9);

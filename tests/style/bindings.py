@@ -4,7 +4,9 @@
     tests/style/bindings.py [ROOT]    nifkit's folder; by default the one that this file is in
 
 Every function of nif.h needs a row of its own, and every cell has to be right: a dash where the binding does not call the
-function, and words where it does. Ends with 1, and says what is wrong. A binding whose folder is not here is left out, and named.
+function, and words where it does. For C++, nif.hpp must also have each name of a cell, in the class that the cell says, that
+class must call the function, and the page must say after the table why a function has a dash. Ends with 1, and says what is
+wrong. A binding whose folder is not here is left out, and named.
 """
 import re
 import sys
@@ -12,6 +14,7 @@ from pathlib import Path
 
 # For each column: the files that call functions, and those that only declare them.
 BINDINGS: dict[str, tuple[str, tuple[str, ...]]] = {
+    "C++": ("runtime/include/nif/nif.hpp", ()),
     "Python": ("bindings/python/nifkit/*.py", ("_abi.py",)),
     "web": ("bindings/web/src/*.cpp", ()),
     "LÖVE": ("samples/love/nif.lua", ()),
@@ -19,6 +22,8 @@ BINDINGS: dict[str, tuple[str, tuple[str, ...]]] = {
 COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*", re.DOTALL)
 FUNCTION = re.compile(r"\bNIF_API\b[^;(]*?\b(nif[A-Z]\w*)\s*\(")
 NAME = re.compile(r"\bnif[A-Z]\w*")
+CLASS = re.compile(r"^class (\w+)[^;{]*\{.*?^\};", re.DOTALL | re.MULTILINE)
+CPP_NAME = re.compile(r"`(?:(\w+)::)?(~?\w+)(\(\))?`")  # of a cell: Class::member(), function() or Class
 HEADER = ["nif.h", *BINDINGS]
 
 
@@ -49,6 +54,38 @@ def calls_of(root: Path, files: str, but: tuple[str, ...]) -> set[str] | None:
     return {name for path in found for name in NAME.findall(path.read_text(encoding="utf-8"))}
 
 
+def reasons_of(page: Path) -> str:
+    """The text between the table and the next heading."""
+    text = page.read_text(encoding="utf-8").partition(f"| {' | '.join(HEADER)} |")[2]
+    return re.split(r"^#", "\n".join(line for line in text.splitlines() if not line.startswith("|")), flags=re.MULTILINE)[0]
+
+
+def cpp_problems(root: Path, rows: list[list[str]]) -> list[str]:
+    """What is wrong with the names of nif.hpp in the table's second column."""
+    header = COMMENT.sub(" ", (root / BINDINGS["C++"][0]).read_text(encoding="utf-8"))
+    classes = {found[1]: found[0] for found in CLASS.finditer(header)}
+    outside = CLASS.sub(" ", header)
+    reasons = reasons_of(root / "docs/bindings.md")
+    found = []
+    for function, cell in ((row[0].strip("`"), row[1]) for row in rows):
+        if cell == "-":
+            if not re.search(rf"`{function}`", reasons):
+                found.append(f"docs/bindings.md: {function}: a dash for C++, and no reason below the table")
+            continue
+        names = CPP_NAME.findall(cell)
+        if not names:
+            found.append(f"docs/bindings.md: {function}: '{cell}' names nothing of nif.hpp")
+        for owner, name, call in names:
+            # A constructor, a destructor and a class's own name are in the class.
+            owner = owner or (name.strip("~") if name.strip("~") in classes else "")
+            place = classes.get(owner, "") if owner else outside
+            if not re.search(rf"(?<![\w~]){name}" + (r"\s*\(" if call else r"\b"), place):
+                found.append(f"docs/bindings.md: {function}: nif.hpp has no {owner + '::' if owner else ''}{name}{call}")
+            elif not re.search(rf"\b{function}\b", place):
+                found.append(f"docs/bindings.md: {function}: {owner or name} does not call it in nif.hpp")
+    return found
+
+
 def problems(root: Path) -> list[str]:
     functions = functions_of(root / "runtime/include/nif/nif.h")
     rows = table_of(root / "docs/bindings.md")
@@ -63,6 +100,7 @@ def problems(root: Path) -> list[str]:
     found += [f"docs/bindings.md: no row for {name}" for name in functions if name not in names]
     found += [f"docs/bindings.md: {name} is no function of nif.h" for name in names if name not in functions]
     found += [f"docs/bindings.md: two rows for {name}" for name in sorted(set(names)) if names.count(name) > 1]
+    found += cpp_problems(root, rows)
     for column, (binding, (files, but)) in enumerate(BINDINGS.items(), start=1):
         calls = calls_of(root, files, but)
         if calls is None:

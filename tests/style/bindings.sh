@@ -12,7 +12,7 @@ changed() {
   rm -rf "${copy:?}"/*
   mkdir -p "$copy/docs" "$copy/runtime/include/nif" "$copy/samples/love" "$copy/bindings/python/nifkit"
   cp "$root/docs/bindings.md" "$copy/docs"
-  cp "$root/runtime/include/nif/nif.h" "$copy/runtime/include/nif"
+  cp "$root"/runtime/include/nif/nif.h* "$copy/runtime/include/nif"
   cp "$root/samples/love/nif.lua" "$copy/samples/love"
   cp "$root"/bindings/python/nifkit/*.py "$copy/bindings/python/nifkit"
   sed -i "$2" "$copy/$1"
@@ -24,6 +24,14 @@ changed() {
 }
 changed runtime/include/nif/nif.h 's/^NIF_API NifError nifCommitScene/NIF_API NifError nifNewCall(NifScene scene);\n&/'
 changed runtime/include/nif/nif.h '/^NIF_API uint32_t nifGetVersion/d'
+changed runtime/include/nif/nif.hpp 's/add_instance(/add_object(/'
+changed runtime/include/nif/nif.hpp 's/nifIntersectRay(/nifIntersect(/'
+changed runtime/include/nif/nif.hpp 's/^class Job {/class Task {/'
+changed docs/bindings.md 's/`Scene::intersect()`/`Asset::intersect()`/'
+changed docs/bindings.md 's/`Scene::intersect()`/`Scene::intersects()`/'
+changed docs/bindings.md 's/`backend()`/`Device::backend()`/'
+changed docs/bindings.md 's/`Scene::intersect()`/intersect/'
+changed docs/bindings.md 's/nothing calls `nifRetainJob`/nothing calls it/'
 changed docs/bindings.md '/^| `nifIntersect` /d'
 changed docs/bindings.md 's/^| `nifIntersect` .*/&\n&/'
 changed docs/bindings.md 's/`Scene:intersect()`/-/'

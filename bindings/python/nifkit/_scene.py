@@ -92,7 +92,7 @@ class Scene(Handle):
         return value
 
     def add_asset(self, asset: Asset, transform: Optional[npt.ArrayLike] = None) -> range:
-        """Adds a whole asset: all instances in its file, or each object once if it has none (and does not place nothing).
+        """Adds a whole asset: all instances in its file, or, if it has none, each object once (unless it `places_nothing`).
 
         Args:
             asset: of the scene's device. The scene keeps what it needs of it.

@@ -51,15 +51,15 @@ export class Asset {
 
   get info() {
     this.#ask('_web_asset_info');
-    const [objects, instances, networks, formatVersion, fileBytes, residentBytes, metadata, metadataBytes, placesNothing, arithmetic, prover, proves] =
+    const [objectCount, instanceCount, networkCount, formatVersion, fileBytes, residentBytes, metadata, metadataBytes, placesNothing, arithmetic, prover, proves] =
       this.#device._said();
     const text = this.#device._text(metadata, metadataBytes);
     return {
       name: this.#name,
-      objects,
-      instances,
+      objectCount,
+      instanceCount,
       placesNothing: placesNothing !== 0,
-      networks,
+      networkCount,
       formatVersion,
       arithmetic,
       prover,

@@ -50,11 +50,11 @@ export type Source = string | URL | ArrayBufferLike | ArrayBufferView | { arrayB
 export interface AssetInfo {
   /** The source's name; "memory" for bytes. */
   name: string;
-  objects: number;
-  instances: number;
-  /** The file states that it places no object; without instances each is placed once otherwise. */
+  objectCount: number;
+  instanceCount: number;
+  /** True: the file places no object. False: without instances in the file, each object is placed once. */
   placesNothing: boolean;
-  networks: number;
+  networkCount: number;
   formatVersion: number;
   /** The revisions of the arithmetic by which the asset is answered, and of what proved its planes. */
   arithmetic: number;
@@ -161,6 +161,7 @@ export interface Answers {
   probability: Float32Array;
   /** 1: proven. */
   certain: Uint8Array;
+  /** The smallest network output of all instances: below 0 means occluded. LOGIT_CERTAIN or its negative if no network decided. */
   logit: Int32Array;
 }
 
@@ -171,12 +172,18 @@ export interface Hits {
   t: Float32Array;
   /** [3] Of unit length, in world space, on the side that the ray comes from. */
   normal: Float32Array;
+  /** The scene's number of the instance; NONE if nothing is hit. */
   instance: Uint32Array;
+  /** That instance's object, as numbered in its asset; NONE if nothing is hit. */
   object: Uint32Array;
+  /** The triangle, if the object has triangles (see ObjectInfo.sourceTriangles); else NONE. */
   triangle: Uint32Array;
+  /** Weights of the triangle's second and third vertex. */
   u: Float32Array;
   v: Float32Array;
+  /** 1: it is proven whether the ray hits something. */
   certain: Uint8Array;
+  /** Proven: nothing is hit before tLow, and something at or before tHigh. */
   tLow: Float32Array;
   tHigh: Float32Array;
   /** [3] Linear red, green and blue. */
@@ -190,7 +197,7 @@ export interface OpenRays {
   rays: Uint32Array;
   tmin: Float32Array;
   tmax: Float32Array;
-  /** The instance, if only one of them leaves the ray open; 0xffffffff if several do. */
+  /** The instance, if only one of them leaves the ray open; NONE if several do. */
   instance: Uint32Array;
 }
 
@@ -209,6 +216,10 @@ export interface InstanceInfo {
 
 /** A flag of an instance: no ray meets it. */
 export const INSTANCE_DISABLED: 1;
+/** The number of what is not there, in hits and open rays. */
+export const NONE: 0xffffffff;
+/** The logit of rays that no network decided: this if they are visible, its negative if occluded. */
+export const LOGIT_CERTAIN: 0x7fffffff;
 
 /**
  * Answers rays exactly: sets visible[k] to 1 or 0 for ray number rays[k] of the query. At first visible[k] is the learned
@@ -224,7 +235,7 @@ type Given<All, Some> = { [Name in keyof Some & keyof All]: All[Name] };
 export class Scene {
   constructor(device: Device);
   readonly device: Device;
-  /** All instances of the asset's file, or each object once if it has none and does not place nothing. Returns their numbers. */
+  /** Adds all instances of the asset's file, or, if it has none, each object once (unless it placesNothing). Returns their numbers. */
   addAsset(asset: Asset, transform?: Transform | null): { first: number; count: number };
   /** Returns the instance's number: the lowest free one. */
   addInstance(asset: Asset, object: number, transform?: Transform | null): number;
@@ -245,7 +256,7 @@ export class Scene {
   instance(instance: number): InstanceInfo;
   commit(): void;
   readonly info: {
-    instances: number;
+    instanceCount: number;
     /** All their numbers are below this. */
     instanceEnd: number;
     committed: boolean;
@@ -278,7 +289,9 @@ export interface PoolInstance {
   asset: number;
   /** One object; without it all instances of the asset. */
   object?: number;
-  transform?: Transform;
+  transform?: Transform | null;
+  /** Of each of its instances, as in Scene.setInstanceOrigin(). */
+  origin?: ArrayLike<number> | null;
   mask?: number;
   flags?: number;
   user?: number | bigint;
@@ -290,16 +303,23 @@ export interface PoolOptions extends SignalOptions {
   assets: Source[];
   /** By default each asset once. */
   instances?: PoolInstance[];
+  /** As in Scene.setOrigin(). */
+  origin?: ArrayLike<number> | null;
   simd?: boolean;
 }
 
-/** Web Workers (in node, worker threads) that answer batches together, off the calling thread. Needs no shared memory. */
+/**
+ * Web Workers (in node, worker threads) that answer batches together, off the calling thread. Needs no shared memory. There is
+ * no queryWithFallback(), because functions cannot be sent to workers: use queryOpen().
+ */
 export class Pool {
   private constructor();
   static create(options: PoolOptions): Promise<Pool>;
   readonly workers: number;
   /** Replaces all instances. Earlier batches use the earlier instances. */
   setInstances(instances: PoolInstance[]): Promise<void>;
+  /** As Scene.setOrigin() and a commit. Earlier batches use the earlier origin, which also stays if this fails. */
+  setOrigin(origin: ArrayLike<number> | null): Promise<void>;
   /** As Scene.query(). Rays are copied before it returns; do not touch arrays to fill until it is done, or has failed. */
   query(rays: Rays): Promise<{ visible: Uint8Array }>;
   query<Some extends Wanting<Answers>>(rays: Rays, outputs: Some, options?: SignalOptions): Promise<Given<Answers, Some>>;

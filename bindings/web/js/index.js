@@ -5,4 +5,4 @@ export { Device } from './device.js';
 export { NifError } from './errors.js';
 export { hasSimd } from './module.js';
 export { Pool } from './pool.js';
-export { INSTANCE_DISABLED, Scene } from './scene.js';
+export { INSTANCE_DISABLED, LOGIT_CERTAIN, NONE, Scene } from './scene.js';

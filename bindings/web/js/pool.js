@@ -5,7 +5,7 @@ import { NifError, failure, readSignal, refuse, wholeNumber } from './errors.js'
 import { startWorker } from './host.js';
 import { hasSimd } from './module.js';
 import { ANSWERS, HITS, OPEN, RAY, readOutputs, readRays } from './rays.js';
-import { readTransform, readUser } from './scene.js';
+import { readOrigin, readTransform, readUser } from './scene.js';
 
 /** Rays per message: some milliseconds of work, so that all workers finish at about the same time. */
 const kPiece = 16384;
@@ -25,6 +25,7 @@ function readInstances(instances) {
     asset: wholeNumber(instance?.asset, 'asset'),
     object: instance.object === undefined ? undefined : wholeNumber(instance.object, 'object'),
     transform: readTransform(instance.transform),
+    origin: instance.origin && readOrigin(instance.origin),
     mask: instance.mask === undefined ? undefined : wholeNumber(instance.mask, 'mask'),
     flags: instance.flags === undefined ? undefined : wholeNumber(instance.flags, 'flags'),
     user: instance.user === undefined ? undefined : readUser(instance.user),
@@ -83,17 +84,18 @@ export class Pool {
     if (brand !== kBrand) refuse('a pool is made by await Pool.create()');
   }
 
-  static async create({ workers = Math.min(globalThis.navigator?.hardwareConcurrency ?? 2, 8), assets, instances, simd = hasSimd(), signal } = {}) {
+  static async create({ workers = Math.min(globalThis.navigator?.hardwareConcurrency ?? 2, 8), assets, instances, origin, simd = hasSimd(), signal } = {}) {
     wholeNumber(workers, 'workers', 64);
     if (workers === 0) refuse('workers is 0');
     if (!Array.isArray(assets) || assets.length === 0) refuse('assets is no list of sources');
     const placed = readInstances(instances);
+    const place = readOrigin(origin);
     readSignal(signal);
     const sources = await Promise.all(assets.map((source) => readSource(source, signal)));
     const pool = new Pool(kBrand);
     try {
       pool.#helpers = await Promise.all(Array.from({ length: workers }, () => Helper.start((error) => pool.#stop(error))));
-      const message = { simd, instances: placed, assets: sources.map(({ name, bytes }) => ({ name, bytes: new Uint8Array(bytes) })) };
+      const message = { simd, instances: placed, origin: place, assets: sources.map(({ name, bytes }) => ({ name, bytes: new Uint8Array(bytes) })) };
       signal?.throwIfAborted();
       await Promise.all(pool.#helpers.map((helper) => helper.ask('open', message)));
       signal?.throwIfAborted();
@@ -111,12 +113,12 @@ export class Pool {
 
   /** Replaces all instances; see Pool.create(). */
   async setInstances(instances) {
-    this.#use();
-    instances = readInstances(instances);
-    const before = [this.#changed, ...this.#running];
-    const change = Promise.allSettled(before).then(() => Promise.all(this.#helpers.map((helper) => helper.ask('instances', { instances }))));
-    this.#changed = change.catch(() => {}); // what is asked from now on waits for it
-    await change;
+    await this.#change('setInstances', readInstances(instances));
+  }
+
+  /** Replaces the scene's origin. */
+  async setOrigin(origin) {
+    await this.#change('setOrigin', readOrigin(origin));
   }
 
   query(rays, outputs = { visible: true }, { signal } = {}) {
@@ -164,6 +166,14 @@ export class Pool {
     for (const { reject } of this.#queue) reject(error);
     this.#queue = [];
     for (const helper of this.#helpers) helper.stop(error);
+  }
+
+  async #change(task, message) {
+    this.#use();
+    const before = [this.#changed, ...this.#running];
+    const change = Promise.allSettled(before).then(() => Promise.all(this.#helpers.map((helper) => helper.ask(task, message))));
+    this.#changed = change.catch(() => {}); // what is asked from now on waits for it
+    await change;
   }
 
   /** `take`, if given, gets the remaining results of each chunk. */

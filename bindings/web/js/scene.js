@@ -6,6 +6,10 @@ import { ANSWERS, HITS, OPEN, readOutputs, readRays } from './rays.js';
 
 /** A flag of an instance: no ray meets it. */
 export const INSTANCE_DISABLED = 1;
+/** Number of what is not there, in hits and open rays. */
+export const NONE = 0xffffffff;
+/** Logit of rays that no network decided: this if visible, its negative if occluded. */
+export const LOGIT_CERTAIN = 0x7fffffff;
 
 /** Numbers in a list or a typed array, as an array of this class. */
 function numbersIn(Type, list, name) {
@@ -18,6 +22,13 @@ export function readTransform(transform) {
   if (transform === undefined || transform === null) return undefined;
   const numbers = numbersIn(Float32Array, transform, 'the transform');
   if (numbers.length !== 12) refuse(`a transform has 12 numbers, a row-major 3x4 matrix, not ${numbers.length}`);
+  return numbers;
+}
+
+/** Three numbers. Null or undefined: 0 0 0. */
+export function readOrigin(origin) {
+  const numbers = numbersIn(Float64Array, origin ?? [0, 0, 0], 'the origin');
+  if (numbers.length !== 3) refuse(`an origin has 3 numbers, not ${numbers.length}`);
   return numbers;
 }
 
@@ -96,11 +107,11 @@ export class Scene {
   }
 
   setInstanceOrigin(instance, origin) {
-    this.#ask('_web_set_instance_origin', wholeNumber(instance, 'instance'), ...this.#place(origin));
+    this.#ask('_web_set_instance_origin', wholeNumber(instance, 'instance'), ...readOrigin(origin));
   }
 
   setOrigin(origin) {
-    this.#ask('_web_set_origin', ...this.#place(origin));
+    this.#ask('_web_set_origin', ...readOrigin(origin));
   }
 
   setInstanceMask(instance, mask) {
@@ -138,7 +149,7 @@ export class Scene {
     this.#ask('_web_scene_info');
     const said = Array.from(this.#device._said());
     return {
-      instances: said[0],
+      instanceCount: said[0],
       committed: said[1] !== 0,
       boundsMin: said.slice(2, 5),
       boundsMax: said.slice(5, 8),
@@ -228,13 +239,6 @@ export class Scene {
   #use() {
     if (this.#handle === 0) refuse('the scene has been disposed of');
     if (this.#device._inFallback) refuse('a fallback cannot use scenes of the device that called it', 'INVALID_OPERATION');
-  }
-
-  /** Three numbers. Null or undefined: 0 0 0. */
-  #place(origin) {
-    const numbers = numbersIn(Float64Array, origin ?? [0, 0, 0], 'the origin');
-    if (numbers.length !== 3) refuse(`an origin has 3 numbers, not ${numbers.length}`);
-    return numbers;
   }
 
   #withTransform(transform, use) {

@@ -58,9 +58,9 @@ for (const build of builds)
     for (const name of goldenNames) {
       const asset = await Asset.load(device, golden(name));
       const cursor = new Cursor(nativeAnswers(name));
-      for (let object = 0; object <= asset.info.objects; ++object) {
+      for (let object = 0; object <= asset.info.objectCount; ++object) {
         const scene = new Scene(device);
-        if (object < asset.info.objects) scene.addInstance(asset, object);
+        if (object < asset.info.objectCount) scene.addInstance(asset, object);
         else scene.addAsset(asset, transform);
         scene.commit();
         rays += await compare(cursor, `${name}, object ${object}`, askScene(scene));

@@ -55,7 +55,7 @@ test('instances keep their numbers, and what was set is told', () =>
     const before = scene.intersect(rays, { t: true, user: true });
     assert.deepEqual([scene.addInstance(asset, 1), scene.addInstance(asset, 1), scene.addInstance(asset, 1)], [1, 2, 3]);
     scene.removeInstance(2), scene.removeInstance(0);
-    assert.deepEqual([scene.info.instances, scene.info.instanceEnd], [2, 4]);
+    assert.deepEqual([scene.info.instanceCount, scene.info.instanceEnd], [2, 4]);
     assert.equal(scene.addInstance(asset, 0), 0);
     scene.removeInstance(1), scene.removeInstance(3);
     const far = identity.with(3, 5);
@@ -80,6 +80,32 @@ test('instances keep their numbers, and what was set is told', () =>
     assert.deepEqual([scene.info.origin, scene.instance(0).origin, scene.instance(0).user], [[0, 0, 0], [0, 0, 0], 7n]);
   }));
 
+test('pools in large worlds', async () => {
+  const rays = someRays(40000), all = { hit: true, t: true, instance: true };
+  const [source, far] = [golden('v2-exact.nif'), [2 ** 40 + 0.125, -3, 0]]; // no 32-bit float is near
+  const near = (x) => [far[0] + x, far[1], far[2]];
+  await withScene(source, 0, (scene) => {
+    const expected = scene.intersect(rays, all);
+    assert.ok(expected.hit.includes(1) && expected.hit.includes(0));
+    assert.ok(expected.instance.every((instance, i) => instance === (expected.hit[i] ? 0 : nifkit.NONE)));
+    return withPool({ workers: 2, assets: [source], instances: [{ asset: 0, object: 0, origin: far }], origin: far }, async (pool) => {
+      assert.deepEqual(await pool.intersect(rays, all), expected);
+      await pool.setOrigin(near(5));
+      assert.notDeepEqual(await pool.intersect(rays, all), expected);
+      // A new list of instances keeps the scene's origin, and an origin that fails changes nothing.
+      await pool.setInstances([{ asset: 0, object: 0, origin: near(5) }]);
+      assert.deepEqual(await pool.intersect(rays, all), expected);
+      for (const wrong of [[NaN, 0, 0], [1e300, 0, 0]]) await assert.rejects(pool.setOrigin(wrong), NifError);
+      assert.deepEqual(await pool.intersect(rays, all), expected);
+      const before = pool.intersect(rays, all), moved = pool.setOrigin(null);
+      assert.deepEqual(await before, expected);
+      await moved;
+      await pool.setInstances([{ asset: 0, object: 0 }]);
+      assert.deepEqual(await pool.intersect(rays, all), expected);
+    });
+  });
+});
+
 for (const build of builds)
   test(`fallbacks: ${nameOf(build)}`, () =>
     withScene(learned, 1, (scene, asset, device) => {
@@ -101,6 +127,7 @@ for (const build of builds)
       assert.ok(exact.certain.every(Boolean));
       assert.deepEqual(exact.visible, first.visible.map((bit, i) => (first.certain[i] ? bit : 1 - bit)));
       assert.ok(exact.probability.every((p, i) => p === exact.visible[i]));
+      assert.ok(exact.logit.every((logit, i) => logit === (exact.visible[i] ? 1 : -1) * nifkit.LOGIT_CERTAIN));
       assert.deepEqual(scene.queryWithFallback(rays, all, 0.5, assert.fail), first);
 
       // What it throws comes out, and harms nothing.

@@ -86,7 +86,7 @@ test('metadata that is no JSON is refused, and the rest is there', async () => {
   const whole = await Asset.load(device, golden(name)), noted = await Asset.load(device, withoutJson(goldenBytes(name)));
   assert.equal(typeof whole.info.metadata, 'object');
   const { info } = noted;
-  assert.deepEqual([info.objects, info.fileBytes], [whole.info.objects, whole.info.fileBytes]);
+  assert.deepEqual([info.objectCount, info.fileBytes], [whole.info.objectCount, whole.info.fileBytes]);
   assert.throws(() => info.metadata, (error) => is('NIF_ERROR_DAMAGED_NIF', /^the asset's metadata cannot be read as JSON: /)(error) && error.code === 32);
   whole.dispose(), noted.dispose();
 });
@@ -190,7 +190,7 @@ test('scenes that are wrong', () => {
     ...[-1, 0.5, 2n ** 64n, NaN, 'one', {}, undefined].map((user) => () => empty.setInstanceUser(0, user)),
   ])
     assert.throws(call, wrong(/./));
-  assert.equal(empty.info.instances, 0);
+  assert.equal(empty.info.instanceCount, 0);
   empty.commit();
   assert.ok(empty.query(rays).visible.every((bit) => bit === 1));
   empty.dispose();
@@ -276,6 +276,7 @@ test('pools', async () => {
     [[{ asset: () => 0 }], /^asset is /],
     [[{ asset: 0, object: () => 0 }], /^object is /],
     [[{ asset: 0, transform: () => 0 }], /12 numbers/],
+    [[{ asset: 0, origin: [1, 2] }], /^an origin has 3 numbers/],
     [[{ asset: 0, mask: -1 }], /^mask is -1/],
     [[{ asset: 0, user: 0.5 }], /^user is 0.5/],
   ])
@@ -285,6 +286,7 @@ test('pools', async () => {
   await assert.rejects(pool.query(rays, { seen: true }), wrong(/no output 'seen'/));
   await assert.rejects(pool.setInstances([{ asset: 0, transform: new Float32Array(12) }]), is('NIF_ERROR_SINGULAR_TRANSFORM', /./));
   await assert.rejects(pool.setInstances(5), wrong(/^instances is no list/));
+  await assert.rejects(pool.setOrigin([1]), wrong(/^an origin has 3 numbers/));
   await pool.setInstances([{ asset: 0, note: () => 0 }]);
   assert.deepEqual((await pool.query(rays)).visible, expected);
   const asked = pool.query(someRays(200000)), changed = pool.setInstances([{ asset: 0 }]);

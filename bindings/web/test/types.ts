@@ -55,8 +55,9 @@ export async function inOneThread(url: URL, bytes: Uint8Array, file: Blob): Prom
 }
 
 export async function inWorkers(asset: string): Promise<Uint8Array> {
-  const pool = await Pool.create({ workers: 2, assets: [asset], instances: [{ asset: 0, object: 0 }] });
+  const pool = await Pool.create({ workers: 2, assets: [asset], instances: [{ asset: 0, object: 0, origin: [0, 1, 2] }], origin: new Float64Array(3) });
   try {
+    await pool.setOrigin(null);
     const { visible } = await pool.query({ rays: new Float32Array(8) }, { visible: true }, { signal: new AbortController().signal });
     // @ts-expect-error Answers come later.
     pool.query(new Float32Array(8)).visible;

@@ -1,4 +1,4 @@
-/* nif.h: load .nif assets and ask whether segments are blocked. C99. nif.hpp wraps it for C++20.
+/* nif.h: load .nif assets and ask whether rays are blocked. C99. nif.hpp wraps it for C++20.
  *
  *   NifDevice device;  NifAsset asset;  NifScene scene;
  *   nifNewDevice(NULL, NULL, &device);
@@ -27,17 +27,19 @@
  *   Calls that change a scene (nifAdd..., nifRemove..., nifSet..., nifCommitScene) must not run at the same
  *   time as any other call on that scene. Any number of threads may query one committed scene.
  * - Memory: a call may allocate, through the device's allocator. Queries do not allocate, except that
- *   nifQueryAsync allocates its job, and a query on a GPU may allocate memory for copies. Threads, error
- *   messages, handles beyond 1,024 at once, and host memory of the GPU module always come from the system.
- * - Ownership: pointers in a returned structure belong to nifkit. They stay valid as long as the object that
- *   the call was made on.
+ *   nifQueryAsync and nifIntersectAsync allocate their job, and a query on a GPU may allocate memory for
+ *   copies. Threads, error messages, handles beyond 1,024 at once, tables that exist only during a load, and
+ *   host memory of the GPU module always come from the system.
+ * - Ownership: pointers in a returned structure belong to nifkit. They are valid until the object that the
+ *   call was made on is destroyed.
  * - Floating point: the caller's rounding mode, denormal mode and exception flags do not affect results, and
  *   are unchanged after the call.
  *
- * Structures start with struct_size. Set it to sizeof(the structure): then a program compiled with an older
- * header works with a newer library. In a structure that you pass in, set members that you do not use to
- * zero: NifAnswers answers = {.struct_size = sizeof(answers)}; does that. Flags that this header does not
- * name and members called "reserved" must be zero. Members that hold an enum value are uint32_t. */
+ * Structures start with struct_size, except NifRay. Set it to sizeof(the structure) before each call, also in
+ * structures that the call fills: then a program compiled with an older header works with a newer library. In
+ * a structure that you pass in, set members that you do not use to zero:
+ * NifAnswers answers = {.struct_size = sizeof(answers)}; does that. Flags that this header does not name and
+ * members called "reserved" must be zero. Members that hold an enum value are uint32_t. */
 #ifndef NIF_NIF_H
 #define NIF_NIF_H
 
@@ -86,7 +88,8 @@ typedef enum NifError {
   NIF_ERROR_DAMAGED_NIF = 32,     /* wrong checksum or structure */
   NIF_ERROR_UNSUPPORTED_NIF = 33, /* needs a newer library */
 
-  NIF_ERROR_DEVICE_LOST = 60, /* this and the next two: GPU backends only */
+  /* GPU backends only: */
+  NIF_ERROR_DEVICE_LOST = 60, /* the GPU or its driver failed, perhaps in an earlier query */
   NIF_ERROR_OUT_OF_DEVICE_MEMORY = 61,
   NIF_ERROR_WRONG_POINTER = 62, /* host memory where NifRays.memory says device memory, or the reverse */
 
@@ -149,7 +152,8 @@ typedef struct NifDeviceCallbacks {
 /* Creates a device: the CPU or a GPU, with threads and work memory. `config` is null or a list such as
  * "threads=2,isa=avx2". docs/runtime.md describes each key.
  * - threads=N: threads that work on one query (default 1; 0: as many as the machine has).
- * - queries=N: queries that can run at once without caller's scratch (default 0: the machine's threads).
+ * - queries=N: queries that can run at once without scratch from the caller (default 0: as many as the
+ *   machine has threads).
  * - isa=NAME: the CPU's instruction set: auto (default), scalar, sse4, avx2, avx512, neon or wasm.
  * - memory=NAME: auto (default), or least: smaller grid tables, but slower queries. CPU only.
  * - backend=NAME: cpu (default), gpu (a GPU of NVIDIA or AMD), cuda (NVIDIA only) or hip (AMD only).
@@ -200,9 +204,9 @@ typedef struct NifGpuInfo {
   uint32_t pci_domain;
   const char* reason;  /* one sentence on why it cannot be used; "" if it can */
   const char* backend; /* "cuda" or "hip" */
-  /* To find the GPU that a graphics API renders on. PCI address: for all graphics APIs on Linux. UUID: as
-   * VkPhysicalDeviceIDProperties::deviceUUID; 0 if the driver does not report one. LUID: as in
-   * DXGI_ADAPTER_DESC and deviceLUID; only Windows has one, so elsewhere has_luid is 0. */
+  /* These identify the GPU that a graphics API renders on. The PCI address does so for all graphics APIs on
+   * Linux. uuid is VkPhysicalDeviceIDProperties::deviceUUID, or 0 if the driver does not report one. luid is
+   * that of DXGI_ADAPTER_DESC, and Vulkan's deviceLUID; only Windows has one, so elsewhere has_luid is 0. */
   uint32_t pci_bus;
   uint32_t pci_device;
   uint8_t uuid[16];
@@ -273,8 +277,9 @@ typedef struct NifAssetInfo {
   uint32_t places_nothing; /* 1: the file states that it places no object; then instance_count is 0 */
   uint32_t arithmetic;     /* the revision of docs/answers.md by which the file is answered */
   uint32_t prover;         /* the revision of what proved the file's planes; 0: nothing in it is proven */
-  uint32_t proves; /* 0: no answer about its objects is certain, because nothing in it is proven, or its
-                              prover turned out to be defective; 1: answers may be certain */
+  /* 0: no answer about its objects is certain, because nothing in it is proven, or its prover turned out to be
+   * defective; 1: answers may be certain */
+  uint32_t proves;
 } NifAssetInfo;
 
 /* Allocates nothing. */
@@ -317,17 +322,17 @@ typedef struct NifObjectInfo {
    * little. It proves only that rays miss it: query your own BVH alone. 1: all other objects. */
   uint32_t proves;
   /* The number of triangles in the source mesh, if the object was baked with --source-triangles: then
-   * NifHits.triangle counts in that mesh, from 0. 0: NifHits.triangle is the object's own number of a
-   * triangle, which says nothing about the source mesh. */
+   * NifHits.triangle is a triangle's number in that mesh, from 0. Otherwise 0: then NifHits.triangle is the
+   * object's own number, which says nothing about the source mesh. */
   uint32_t source_triangles;
   uint32_t colors; /* 1: hits have the surface's colours (nif bake --colors); 0: the object has none */
   /* 0: the object itself. k: a coarser stand-in for the next object of the asset, which has level k - 1; no
    * instance of the file names it, but nifAddInstance can place it. */
   uint32_t level;
-  float
-      error; /* the largest distance of its surface from the source's, in object units; 0: none or unknown */
-  /* Why this library cannot answer the object: it belongs to a later version of the format. Then encoding is 0,
-   * and placing it gives NIF_ERROR_UNSUPPORTED_NIF. "" for all others. */
+  /* The largest distance of its surface from the source's, in object units; 0: none or unknown. */
+  float error;
+  /* Why this library cannot answer the object: it belongs to a later version of the format. Then encoding is
+   * 0, and placing the object gives NIF_ERROR_UNSUPPORTED_NIF. "" for all others. */
   const char* unsupported;
 } NifObjectInfo;
 
@@ -338,15 +343,16 @@ typedef struct NifAssetInstanceInfo {
   uint64_t struct_size;
   const char* name; /* UTF-8, 0-terminated, may be "" */
   uint32_t object;  /* 0 .. object_count - 1 */
-  uint32_t
-      parent; /* an earlier instance of the file that takes this one along when it moves; NIF_NONE: none */
-  float
-      transform[12]; /* object to asset space, whatever the parent, laid out as in nifAddInstance; rounded to
-                          floats, although nifAddAsset places instances far from the origin in double
-                          (docs/meshes.md) */
-  uint64_t user;     /* these three are set by nifAddAsset: nifSetInstanceUser, nifSetInstanceMask, */
+  /* An earlier instance of the file that should take this one along when it moves; NIF_NONE: none. Scenes do
+   * not use it. */
+  uint32_t parent;
+  /* Object to asset space (the parent's transform is already in it), laid out as in nifAddInstance. Rounded to
+   * floats, although nifAddAsset places instances far from the origin in double (docs/meshes.md). */
+  float transform[12];
+  /* nifAddAsset sets these three, as nifSetInstanceUser, nifSetInstanceMask and nifSetInstanceFlags would. */
+  uint64_t user;
   uint32_t mask;
-  uint32_t flags; /* nifSetInstanceFlags */
+  uint32_t flags;
 } NifAssetInstanceInfo;
 
 /* Describes one instance of the file: instance = 0 .. instance_count - 1. Allocates nothing. */
@@ -370,17 +376,17 @@ NIF_API void nifReleaseScene(NifScene scene);
 NIF_API NifError nifAddInstance(NifScene scene, NifAsset asset, uint32_t object, const float* transform,
                                 uint32_t* instance);
 
-/* Adds a whole asset: all instances in its file, with their masks, flags and user values; each object of level
- * 0 once if the file has no instances; nothing if the file states that it places nothing
- * (NifAssetInfo::places_nothing). If it would place an object that is unsupported (NifObjectInfo::unsupported),
- * it gives NIF_ERROR_UNSUPPORTED_NIF and adds nothing. `transform` (as in nifAddInstance) is applied after each
- * instance's own transform. `first` receives the number of the first new instance, and
- * `count` how many were added. Their numbers are consecutive: the lowest free range. Both may be null. */
+/* Adds a whole asset: all instances in its file, with their masks, flags and user values. If the file has no
+ * instances, it adds each object of level 0 once, or nothing if the file says so
+ * (NifAssetInfo.places_nothing). If one of these objects is unsupported (NifObjectInfo.unsupported), it gives
+ * NIF_ERROR_UNSUPPORTED_NIF and adds nothing. `transform` (as in nifAddInstance) is applied after each
+ * instance's own transform. `first` receives the number of the first new instance, and `count` how many were
+ * added; both may be null. The numbers are consecutive: the lowest free range. */
 NIF_API NifError nifAddAsset(NifScene scene, NifAsset asset, const float* transform, uint32_t* first,
                              uint32_t* count);
 
-/* Removes one instance. Its number becomes free for the next nifAddInstance; the others keep theirs. The
- * scene keeps the asset until the next commit, and longer if other instances use it. */
+/* Removes one instance. Its number becomes free for instances that are added later; the others keep theirs.
+ * The scene keeps the asset until the next commit, and longer if other instances use it. */
 NIF_API NifError nifRemoveInstance(NifScene scene, uint32_t instance);
 
 /* Replaces the transform of one instance. `transform` as in nifAddInstance. Allocates nothing. */
@@ -400,10 +406,12 @@ NIF_API NifError nifSetInstanceOrigin(NifScene scene, uint32_t instance, const d
 /* Sets the scene's origin: [3], finite; null: 0 0 0. Rays, hits and bounds are relative to it: an instance's
  * position is its translation plus its origin minus the scene's, computed in double precision and rounded to
  * 48 bits. Move it with the camera, and rays are as precise near the camera as they are near 0, in a world of
- * any size. Takes effect at the next commit, which then recomputes the transforms of all instances. */
+ * any size. Takes effect at the next commit, which then recomputes the transforms of all instances. If one of
+ * them is too far from the new origin for a float, that commit gives NIF_ERROR_INVALID_ARGUMENT. */
 NIF_API NifError nifSetSceneOrigin(NifScene scene, const double* origin);
 
-/* Sets an instance's mask. A ray meets the instance only if they have a bit in common (NifRays.mask). */
+/* Sets an instance's mask. A ray meets the instance only if the ray's mask (NifRays.mask) has a bit in common
+ * with it. */
 NIF_API NifError nifSetInstanceMask(NifScene scene, uint32_t instance, uint32_t mask);
 
 typedef enum NifInstanceFlags {
@@ -451,8 +459,9 @@ typedef struct NifSceneInfo {
    * little larger than the objects' bounds: their grids plus 1/8 voxel. min > max: nothing can block. */
   float bounds_min[3];
   float bounds_max[3];
-  uint64_t resident_bytes; /* of the scene without its assets; after a commit at most 256 per instance, and a
-                              few per object */
+  /* Memory of the scene without its assets: after a commit at most 256 bytes per instance, and a few per
+   * object. */
+  uint64_t resident_bytes;
   double origin[3];
   uint32_t committed; /* 1: no changes since the last commit; 0: changed, or never committed */
   uint32_t reserved;
@@ -536,13 +545,14 @@ typedef struct NifAnswers {
    * for certain rays. The last bits may differ between machines; the other outputs never differ. */
   float* probability;
   /* [count] 1: the answer is proven, not learned. Occluded is certain if one instance certainly blocks the
-   * ray; visible is certain if every instance certainly does not. Nothing is certain of an asset that proves
-   * nothing (NifAssetInfo.proves): if the scene has an instance of one that is not disabled, no ray is
-   * certainly visible. Nothing is certain for a ray that starts
-   * too far from an object, or whose transform is too skewed, for a proof in single precision. In a scene of
-   * several instances, an instance whose box the ray misses certainly does not block it, at any distance.
-   * If an instance's transform is not the identity, the answer of its `bvh` or `exact` object holds for a ray
-   * moved by less than 2^-14 of the largest coordinate of the object's box. */
+   * ray; visible is certain if every instance certainly does not.
+   * - Nothing is certain about an instance of an asset that proves nothing (NifAssetInfo.proves): unless it is
+   *   disabled, no ray of the scene is certainly visible.
+   * - Nothing is certain about an instance if the ray starts too far from it, or if its transform is too
+   *   skewed, for a proof in single precision. But in a scene of several instances, an instance whose box the
+   *   ray misses certainly does not block it, at any distance.
+   * - If an instance's transform is not the identity, the answer of its `bvh` or `exact` object holds for a ray
+   *   that is moved by less than 2^-14 of the largest coordinate of the object's box. */
   uint8_t* certain;
   /* [count] The smallest network output of all instances: below 0 means occluded. NIF_LOGIT_CERTAIN if every
    * instance was decided without its network, -NIF_LOGIT_CERTAIN if one of them was decided to block the ray.
@@ -553,8 +563,8 @@ typedef struct NifAnswers {
 
 #define NIF_LOGIT_CERTAIN 0x7fffffff
 
-/* Returns how many bytes of scratch a query of `count` rays needs. On the CPU this is less than a megabyte,
- * and the same for every count except 0. A GPU does not use scratch. Allocates nothing. */
+/* Sets *bytes to the size of scratch (NifRays.scratch) that a query of `count` rays needs. On the CPU it is
+ * less than a megabyte, and the same for all counts except 0. A GPU needs no scratch. Allocates nothing. */
 NIF_API NifError nifGetQueryScratchBytes(NifScene scene, uint64_t count, uint64_t* bytes);
 
 /* Answers a batch of rays, and returns when the answers are written. Any number of threads may query one
@@ -593,11 +603,11 @@ NIF_API NifError nifQueryRay(NifScene scene, const NifRay* ray, const NifAnswers
 
 /* ---- Exact answers for uncertain rays ---------------------------------------------------------------- */
 
-/* Answers rays exactly, e.g. with a triangle BVH. For each k below count, it sets visible[k] to 1 or 0 for
- * ray number rays[k] of the query. On entry, visible[k] is the learned answer. count is 1 to 1024, and the
- * ray numbers ascend. It is called on every thread that works on the query, possibly at the same time, in the
- * default floating-point environment. It must not throw, and must not query on the same device. Its stack
- * comes on top of nifQuery's. */
+/* The caller's function that answers rays exactly, e.g. with a triangle BVH. For each k below count, it sets
+ * visible[k] to 1 or 0 for ray number rays[k] of the query. On entry, visible[k] is the learned answer. count
+ * is 1 to 1024, and the ray numbers ascend. It is called on every thread that works on the query, possibly at
+ * the same time, in the default floating-point environment. It must not throw, and must not query on the same
+ * device. Its stack comes on top of nifQuery's. */
 typedef void (*NifFallback)(void* user, uint64_t count, const uint64_t* rays, uint8_t* visible);
 
 /* Like nifQuery, but passes uncertain rays to the fallback, in batches: rays that are not certain and whose
@@ -715,8 +725,8 @@ typedef struct NifJobHandle* NifJob;
  * in its stream, and one in host memory is answered before this returns. */
 NIF_API NifError nifQueryAsync(NifScene scene, const NifRays* rays, const NifAnswers* answers, NifJob* job);
 
-/* The same for first hits: nifIntersect in the background. The structures are copied. The CPU answers queries
- * in host memory, even on a GPU device, as it would on a CPU device. */
+/* The same for first hits: nifIntersect in the background. The CPU answers queries in host memory, even on a
+ * GPU device, as it would on a CPU device. */
 NIF_API NifError nifIntersectAsync(NifScene scene, const NifRays* rays, const NifHits* hits, NifJob* job);
 
 /* Waits until the job is done and returns the query's code. The calling thread first helps with rays that no

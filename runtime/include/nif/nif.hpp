@@ -31,6 +31,8 @@ class Error : public std::runtime_error {
  public:
   Error(NifError code, const char* sentence) : std::runtime_error(sentence), code_(code) {}
   NifError code() const { return code_; }
+  /// E.g. "NIF_ERROR_FILE_NOT_FOUND".
+  const char* code_name() const { return nifGetErrorName(code_); }
 
  private:
   NifError code_;
@@ -85,7 +87,16 @@ class Device : public Handle<NifDevice, nifRetainDevice, nifReleaseDevice> {
   }
 };
 
-/// Describes a GPU, numbered as in device=N. The texts are valid until the next call on this thread.
+/// Describes a backend of this version: index = 0, 1, ... until it throws NIF_ERROR_INVALID_ARGUMENT. The texts
+/// are valid until the next call on this thread.
+inline NifBackendInfo backend(uint32_t index) {
+  auto info = sized<NifBackendInfo>();
+  check(nifGetBackendInfo(index, &info));
+  return info;
+}
+
+/// Describes a GPU: index = 0, 1, ... as in device=N, until it throws NIF_ERROR_INVALID_ARGUMENT (without a GPU
+/// NIF_ERROR_NOT_AVAILABLE). The texts are valid until the next call on this thread.
 inline NifGpuInfo gpu(uint32_t index) {
   auto info = sized<NifGpuInfo>();
   check(nifGetGpuInfo(index, &info));
@@ -175,10 +186,17 @@ class Rays {
     rays_.mask_stride = sizeof(uint32_t);
     return *this;
   }
-  /// One mask for all rays. It must stay in place as long as the rays are used.
+  /// One mask for all rays: a variable, which must stay in place until the query is done.
   Rays& mask(const uint32_t& mask) {
     rays_.mask = &mask;
     rays_.mask_stride = 0;
+    return *this;
+  }
+  Rays& mask(uint32_t&&) = delete;
+  /// The caller's work memory for the calling thread, aligned to 64: see Scene::query_scratch_bytes().
+  Rays& scratch(std::span<std::byte> bytes) {
+    rays_.scratch = bytes.data();
+    rays_.scratch_bytes = bytes.size();
     return *this;
   }
   const NifRays& get() const { return rays_; }
@@ -296,13 +314,19 @@ class Job {
   NifJob job_ = nullptr;
 };
 
+/// The instances that Scene::add_asset() added have the numbers first .. first + count - 1.
+struct AddedInstances {
+  uint32_t first;
+  uint32_t count;
+};
+
 class Scene : public Handle<NifScene, nifRetainScene, nifReleaseScene> {
  public:
   explicit Scene(const Device& device) { check(nifNewScene(device.get(), &pointer_)); }
 
-  /// Adds a whole asset and returns the number of its first instance.
-  uint32_t add_asset(const Asset& asset) { return add_whole(asset, nullptr); }
-  uint32_t add_asset(const Asset& asset, const Transform& transform) {
+  /// Adds a whole asset and returns the numbers of its instances.
+  AddedInstances add_asset(const Asset& asset) { return add_whole(asset, nullptr); }
+  AddedInstances add_asset(const Asset& asset, const Transform& transform) {
     return add_whole(asset, transform.data());
   }
   /// Adds one object and returns the number of its instance.
@@ -320,6 +344,12 @@ class Scene : public Handle<NifScene, nifRetainScene, nifReleaseScene> {
       throw Error(NIF_ERROR_INVALID_ARGUMENT, "transforms: there are not as many as instances");
     if (instances.empty()) return;
     check(nifSetInstanceTransforms(pointer_, instances.size(), instances.data(), transforms[0].data(),
+                                   sizeof(Transform)));
+  }
+  /// transforms[k] is for instance k.
+  void set_instance_transforms(std::span<const Transform> transforms) {
+    if (transforms.empty()) return;
+    check(nifSetInstanceTransforms(pointer_, transforms.size(), nullptr, transforms[0].data(),
                                    sizeof(Transform)));
   }
   void set_instance_origin(uint32_t instance, const std::array<double, 3>& origin) {
@@ -347,6 +377,12 @@ class Scene : public Handle<NifScene, nifRetainScene, nifReleaseScene> {
     return info;
   }
 
+  /// How many bytes of scratch a query of `count` rays needs: see Rays::scratch().
+  uint64_t query_scratch_bytes(uint64_t count) const {
+    uint64_t bytes = 0;
+    check(nifGetQueryScratchBytes(pointer_, count, &bytes));
+    return bytes;
+  }
   void query(const Rays& rays, const Answers& answers) const {
     check(nifQuery(pointer_, &rays.get(), &answers.get(rays.get().count)));
   }
@@ -367,13 +403,18 @@ class Scene : public Handle<NifScene, nifRetainScene, nifReleaseScene> {
     check(nifQueryWithFallback(pointer_, &rays.get(), &answers.get(rays.get().count), confidence, call,
                                const_cast<void*>(static_cast<const void*>(std::addressof(fallback)))));
   }
-  /// Lists the open rays in `numbers`, `tmin` and `tmax` (each may be shorter than the query). Returns how
-  /// many rays are open, which may be more than fit.
+  /// Lists the open rays in `numbers`, `tmin`, `tmax` and, unless it is empty, `instances` (each may be shorter
+  /// than the query). Returns how many rays are open, which may be more than fit.
   uint32_t query_open(const Rays& rays, const Answers& answers, std::span<uint32_t> numbers,
-                      std::span<float> tmin, std::span<float> tmax) const {
+                      std::span<float> tmin, std::span<float> tmax,
+                      std::span<uint32_t> instances = {}) const {
     uint32_t count = 0;
     auto open = sized<NifOpenRays>();
     open.capacity = std::min({numbers.size(), tmin.size(), tmax.size()});
+    if (!instances.empty()) {
+      open.capacity = std::min<uint64_t>(open.capacity, instances.size());
+      open.instance = instances.data();
+    }
     open.rays = numbers.data();
     open.tmin = tmin.data();
     open.tmax = tmax.data();
@@ -394,20 +435,26 @@ class Scene : public Handle<NifScene, nifRetainScene, nifReleaseScene> {
     check(nifIntersectAsync(pointer_, &rays.get(), &hits.get(rays.get().count), &job));
     return Job(job);
   }
+
+  /// One ray: arrays of one element, e.g. Hits().t({&t, 1}).
+  void query(const NifRay& ray, const Answers& answers) const {
+    check(nifQueryRay(pointer_, &ray, &answers.get(1)));
+  }
+  void intersect(const NifRay& ray, const Hits& hits) const {
+    check(nifIntersectRay(pointer_, &ray, &hits.get(1)));
+  }
   /// Is one ray visible?
   bool query(const NifRay& ray) const {
     uint8_t visible = 0;
-    auto answers = sized<NifAnswers>();
-    answers.visible = &visible;
-    check(nifQueryRay(pointer_, &ray, &answers));
+    query(ray, Answers().visible({&visible, 1}));
     return visible != 0;
   }
 
  private:
-  uint32_t add_whole(const Asset& asset, const float* transform) {
-    uint32_t first = 0;
-    check(nifAddAsset(pointer_, asset.get(), transform, &first, nullptr));
-    return first;
+  AddedInstances add_whole(const Asset& asset, const float* transform) {
+    AddedInstances added{};
+    check(nifAddAsset(pointer_, asset.get(), transform, &added.first, &added.count));
+    return added;
   }
   uint32_t add_one(const Asset& asset, uint32_t object, const float* transform) {
     uint32_t instance = 0;

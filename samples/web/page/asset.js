@@ -33,14 +33,14 @@ export async function open(bytes, name, { simd }) {
   const scene = new Scene(device);
   scene.addAsset(asset);
   scene.commit();
-  const { objects, instances, residentBytes } = asset.info;
-  for (let i = 0; i < objects; ++i) {
+  const { objectCount, instanceCount, residentBytes } = asset.info;
+  for (let i = 0; i < objectCount; ++i) {
     const { encoding } = asset.object(i);
     if (!kShown.includes(encoding)) throw new Error(`${name} has a ${encoding} object, which does not report where rays hit it; this page shows ${kShown.join(', ')}`);
   }
   const identity = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0];
   const placed =
-    instances > 0 ? Array.from({ length: instances }, (_, i) => asset.instance(i)) : Array.from({ length: objects }, (_, object) => ({ object, transform: identity }));
+    instanceCount > 0 ? Array.from({ length: instanceCount }, (_, i) => asset.instance(i)) : Array.from({ length: objectCount }, (_, object) => ({ object, transform: identity }));
   const bias = placed.map(({ object, transform }) => biasOf(asset.object(object), transform));
   return {
     bounds: boundsOf(asset, placed),
