@@ -159,7 +159,7 @@ std::pmr::vector<SectionView> open_container(std::span<const std::byte> bytes, s
       damaged(Rule::payloads_checksum);
     }
     if (entry.record_size != 0 && (entry.record_size % 8 != 0 || size % entry.record_size != 0))
-      damaged(Rule::record_size, std::to_string(size) + " bytes are no whole number of records of " +
+      damaged(Rule::record_size, std::to_string(size) + " bytes are not a multiple of the record size " +
                                      std::to_string(entry.record_size));
     for (const SectionView& other : sections)
       if (other.type == entry.type) damaged(Rule::section_twice);

@@ -126,8 +126,8 @@ class Records {
     if ((there && section.record_size < kLeast) || section.bytes.size() % size_ != 0 ||
         section.bytes.size() / size_ > 0xffffffffu)
       refuse(Rule::record_size, file, "section " + section_name(section.type),
-             std::to_string(section.bytes.size()) + " bytes are no whole number of records of " +
-                 std::to_string(section.record_size) + ", which have at least " + std::to_string(kLeast));
+             std::to_string(section.bytes.size()) + " bytes are not a multiple of the record size " +
+                 std::to_string(section.record_size) + ", which is at least " + std::to_string(kLeast));
   }
   uint32_t count() const { return uint32_t(section_.bytes.size() / size_); }
   Record operator[](uint32_t i) const {

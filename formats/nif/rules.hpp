@@ -10,7 +10,8 @@ namespace nif::format {
 
 /// RULE(number, name, status of a file that breaks it, what is wrong then: a clause without punctuation at
 /// the end). 1xx the shell, 2xx objects, instances and names, 3xx planes, 4xx networks, 5xx triangles, 6xx
-/// `spherical`, 7xx what is optional, from 750 on parts that came later. The reader may describe the error more precisely.
+/// `spherical`, 7xx what is optional, from 750 on parts that came later. The reader may describe the error more
+/// precisely.
 #define NIF_FORMAT_RULES(RULE)                                                                             \
   RULE(101, empty_file, file_empty, "the file is empty")                                                   \
   RULE(102, foreign_file, foreign_nif,                                                                     \
@@ -38,7 +39,7 @@ namespace nif::format {
   RULE(124, section_unused, damaged_nif, "is there for no object")                                         \
   RULE(125, metadata_text, damaged_nif, "is required, empty or not UTF-8")                                 \
   RULE(126, record_size, damaged_nif,                                                                      \
-       "its bytes are no whole number of records, or these are of another size")                           \
+       "its size is not a multiple of the record size, or records are too short")                          \
   RULE(127, payload_place, damaged_nif,                                                                    \
        "payload does not start at a multiple of 64 after the one before it")                               \
   RULE(128, payload_size, damaged_nif, "payload has not the bytes that its record asks for")               \

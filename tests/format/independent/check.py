@@ -83,7 +83,7 @@ def check(path, answers):
             data = file.read_bytes()
             size = SIZES[file.suffix]
             if not data or len(data) % size:
-                raise ValueError(f"{file}: {len(data)} bytes are no whole number of records of {size}")
+                raise ValueError(f"{file}: {len(data)} bytes are not a multiple of the record size {size}")
             queries += len(data) // size
             differ += differing(asset, file.suffix, data)
     except (Refused, OSError, ValueError) as error:
