@@ -1,17 +1,13 @@
-// The list of encodings, by their fields. To add one, add a file to kernels/reference/encodings, and a name to the list
-// (docs/adding-a-part.md). GPU kernels take their list from this one, so there is nothing else here.
+// The list of encodings, by their fields. To add one, add its field's name here, and its file to the includes of
+// kernels/reference/reference_encodings.hpp (docs/adding-a-part.md). GPU kernels take their list from this one, so
+// it includes nothing.
 #pragma once
-
-#include "kernels/reference/encodings/reference_bvh.hpp"
-#include "kernels/reference/encodings/reference_exact.hpp"
-#include "kernels/reference/encodings/reference_proof.hpp"
-#include "kernels/reference/encodings/reference_segment.hpp"
-#include "kernels/reference/encodings/reference_spherical.hpp"
 
 namespace nif::kernels {
 
 /// T<...> of the fields of all encodings.
 template <template <class...> class T>
-using OfFields = T<SegmentField, SphericalField, TrianglesField, ExactField, PlanesField>;
+using OfFields = T<struct SegmentField, struct SphericalField, struct TrianglesField, struct ExactField,
+                   struct PlanesField>;
 
 }  // namespace nif::kernels

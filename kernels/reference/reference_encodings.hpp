@@ -12,6 +12,11 @@
 #include <type_traits>
 #include <variant>
 
+#include "kernels/reference/encodings/reference_bvh.hpp"
+#include "kernels/reference/encodings/reference_exact.hpp"
+#include "kernels/reference/encodings/reference_proof.hpp"
+#include "kernels/reference/encodings/reference_segment.hpp"
+#include "kernels/reference/encodings/reference_spherical.hpp"
 #include "kernels/reference/field_list.hpp"
 #include "kernels/reference/instance.hpp"
 
