@@ -20,6 +20,14 @@ namespace {
 
 static_assert(kBatchRoom >= kBatchRays + kLanes);
 
+// In WebAssembly code size matters.
+#undef NIF_OF_STREAMS
+#if HWY_TARGET == HWY_WASM
+#define NIF_OF_STREAMS HWY_NOINLINE
+#else
+#define NIF_OF_STREAMS HWY_INLINE
+#endif
+
 // As kernels::min_of() and max_of(), also if a number is NaN.
 HWY_INLINE hn::Vec<Floats> min_of(hn::Vec<Floats> a, hn::Vec<Floats> b) {
 #if HWY_ARCH_X86
@@ -84,7 +92,7 @@ void start_stream(const SegmentBatch& rays, const uint32_t* masks, RayStream& st
 }
 
 /// The rays of a vector that may meet a box, as bits (pass_box()).
-HWY_INLINE uint32_t may_meet(const RayStream& stream, uint32_t k, const WorldBox& box) {
+NIF_OF_STREAMS uint32_t may_meet(const RayStream& stream, uint32_t k, const WorldBox& box) {
   const Floats d;
   hn::Vec<Floats> near[3], far[3];
   for (uint32_t a = 0; a < 3; ++a) {
@@ -152,8 +160,8 @@ void meet_stream(const RayStream& stream, const StreamInstance& instance, Segmen
 }
 
 /// Moves the chosen rays of a vector, entry k and after, to entry `at` and after: together, without gaps.
-HWY_INLINE void move_entries(const RayStream& from, uint32_t k, const LanesTogether& together, RayStream& to,
-                             uint32_t at) {
+NIF_OF_STREAMS void move_entries(const RayStream& from, uint32_t k, const LanesTogether& together,
+                                 RayStream& to, uint32_t at) {
   const Floats d;
   for (uint32_t a = 0; a < 3; ++a) {
     hn::StoreU(together(hn::Load(d, from.origin[a] + k)), d, to.origin[a] + at);

@@ -30,11 +30,10 @@ void set_scene_hit(WorkArea& area, uint32_t i, const SceneHit& hit) {
   area.hit_instance[i] = hit.instance;
 }
 
-/// Intersects area.object_rays with one object, and merges its hits into those of the batch. `box_ray(k)`
-/// returns what the box test needs for the ray of pair k.
-template <class BoxRayOf>
-void intersect_object(const NifSceneObject& scene, const Pair* pairs, uint32_t count, WorkArea& area,
-                      const BoxRayOf& box_ray) {
+/// Intersects area.object_rays with one object, and merges its hits into those of the batch. Of pair k,
+/// inverse[a][area.entries[k]] is what the box test needs for the ray (BoxRay).
+void intersect_object(const NifSceneObject& scene, const Pair* pairs, uint32_t count,
+                      const float (&inverse)[3][kBatchRoom], WorkArea& area) {
   const PlacedObject& object = scene.objects[pairs[0].object];
   for (uint32_t k = 0; k < count; ++k) area.hit_limit[k] = area.hits.high[pairs[k].ray];
   object.kernel->intersect(area.object_rays, area.hit_limit, area.object_hits, area.kernel_scratch);
@@ -44,8 +43,10 @@ void intersect_object(const NifSceneObject& scene, const Pair* pairs, uint32_t c
     if (!stays_certain(scene.instances[pairs[k].instance], object.reach_scale, segment_of(area.rays, i),
                        segment_of(area.object_rays, k)))
       kernels::forget_proof(hit);
+    const uint32_t at = area.entries[k];
+    const kernels::BoxRay prepared{{inverse[0][at], inverse[1][at], inverse[2][at]}};
     const kernels::WorldBox box = scene.hierarchy.box(scene.instances[pairs[k].instance].place);
-    kernels::begin_in_box(hit, kernels::pass_box(box, segment_of(area.rays, i), box_ray(k)).enter);
+    kernels::begin_in_box(hit, kernels::pass_box(box, segment_of(area.rays, i), prepared).enter);
     SceneHit nearest = scene_hit(area, i);
     nearest.add(hit, pairs[k].instance);
     set_scene_hit(area, i, nearest);
@@ -82,41 +83,48 @@ void intersect_sole_instance(const NifSceneObject& scene, bool masked, WorkArea&
     });
 }
 
-void intersect_instances(const NifSceneObject& scene, bool masked, WorkArea& area) {
-  const auto begin = [&](uint32_t i, bool certain) {
-    SceneHit hit;
-    if (!certain) kernels::forget_proof(hit);
-    set_scene_hit(area, i, hit);
-  };
-  if (goes_in_streams(scene, area.rays.count)) {
-    start_stream(scene, masked, area, begin);
-    const auto limit = [&](uint32_t i) { return kernels::min_of(area.hits.high[i], area.rays.tmax[i]); };
-    go_in_streams(
-        scene, area,
-        [&](const Pair* pairs, uint32_t count, const RayStream& stream) {
-          for (uint32_t k = 0; k < count; ++k) area.object_rays.tmax[k] = area.rays.tmax[pairs[k].ray];
-          intersect_object(scene, pairs, count, area, [&](uint32_t k) {
-            const uint32_t entry = area.entries[k];
-            return kernels::BoxRay{
-                {stream.inverse[0][entry], stream.inverse[1][entry], stream.inverse[2][entry]}};
-          });
-        },
-        [&](RayStream& stream, uint32_t entry) {
-          stream.tmax[entry] = limit(stream.ray[entry]);
-          if (!(stream.tmin[entry] <= stream.tmax[entry])) stream.drop(entry);
-        });
-    return;
+class HitStreams final : public StreamTraversal {
+ public:
+  using StreamTraversal::StreamTraversal;
+
+ private:
+  void ask(const Pair* pairs, uint32_t count, const RayStream& stream) override {
+    for (uint32_t k = 0; k < count; ++k) area_.object_rays.tmax[k] = area_.rays.tmax[pairs[k].ray];
+    intersect_object(scene_, pairs, count, stream.inverse, area_);
   }
-  const uint32_t active = start_rays(scene, area, begin);
-  go_in_rounds(
-      scene, masked, area, active, [&](uint32_t i) { return shortened_ray(area, i); },
-      [&](const Pair* pairs, uint32_t count) {
-        bring_to_object(scene, pairs, count, area);
-        intersect_object(scene, pairs, count, area, [&](uint32_t k) {
-          const uint32_t i = pairs[k].ray;
-          return kernels::BoxRay{{area.inverse[0][i], area.inverse[1][i], area.inverse[2][i]}};
+  /// A box that begins beyond a proven hit cannot hold the first one.
+  void update(RayStream& stream, const uint32_t* entries, uint32_t count) override {
+    for (uint32_t k = 0; k < count; ++k) {
+      const uint32_t entry = entries[k], i = stream.ray[entry];
+      stream.tmax[entry] = kernels::min_of(area_.hits.high[i], area_.rays.tmax[i]);
+      if (!(stream.tmin[entry] <= stream.tmax[entry])) stream.drop(entry);
+    }
+  }
+};
+
+void intersect_instances(const NifSceneObject& scene, bool masked, WorkArea& area) {
+  const bool in_streams = goes_in_streams(scene, area.rays.count);
+  uint32_t active = 0;
+  if (in_streams)
+    start_stream(scene, masked, area);
+  else
+    active = start_rays(scene, area);
+  for (uint32_t i = 0; i < area.rays.count; ++i) {
+    SceneHit hit;
+    if (!area.misses[i]) kernels::forget_proof(hit);
+    set_scene_hit(area, i, hit);
+  }
+  if (in_streams) {
+    HitStreams(scene, area).run();
+  } else {
+    go_in_rounds(
+        scene, masked, area, active, [&](uint32_t i) { return shortened_ray(area, i); },
+        [&](const Pair* pairs, uint32_t count) {
+          bring_to_object(scene, pairs, count, area);
+          for (uint32_t k = 0; k < count; ++k) area.entries[k] = pairs[k].ray;
+          intersect_object(scene, pairs, count, area.inverse, area);
         });
-      });
+  }
 }
 
 void turn_normals(const NifSceneObject& scene, WorkArea& area) {

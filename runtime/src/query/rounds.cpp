@@ -25,6 +25,22 @@ void bring_to_object(const NifSceneObject& scene, const Pair* pairs, uint32_t co
   }
 }
 
+uint32_t start_rays(const NifSceneObject& scene, WorkArea& area) {
+  const std::span<const Node> nodes = scene.hierarchy.nodes();
+  uint32_t active = 0;
+  for (uint32_t i = 0; i < area.rays.count; ++i) {
+    const Segment ray = segment_of(area.rays, i);
+    kernels::BoxRay prepared;
+    const bool askable = kernels::prepare_box_ray(ray, prepared);
+    area.misses[i] = (askable || ray.tmin > ray.tmax) && !scene.unproven;
+    if (!askable || nodes.empty()) continue;
+    for (int a = 0; a < 3; ++a) area.inverse[a][i] = prepared.inverse[a];
+    area.cursors[i] = start(nodes.data(), TraversalRay(area, i));
+    if (area.cursors[i].trail != 0) area.active[active++] = uint16_t(i);
+  }
+  return active;
+}
+
 const Pair* sort_by_object(const NifSceneObject& scene, WorkArea& area, uint32_t count) {
   uint32_t now = 0;
   for (uint32_t shift = 0; shift < 32 && (scene.objects.size() - 1) >> shift != 0; shift += 8, now ^= 1) {

@@ -21,27 +21,11 @@ void bring_to_object(const NifSceneObject& scene, const Pair* pairs, uint32_t co
 const Pair* sort_by_object(const NifSceneObject& scene, WorkArea& area, uint32_t count);
 
 /// Starts each ray at the root. Puts the rays that may meet something in area.active, and returns their
-/// number. Calls begin(ray, certain) for every ray; certain: if it reaches no instance, it certainly meets
-/// nothing. No ray is if the scene has an instance whose file proves nothing.
-template <class Begin>
-uint32_t start_rays(const NifSceneObject& scene, WorkArea& area, const Begin& begin) {
-  const std::span<const Node> nodes = scene.hierarchy.nodes();
-  uint32_t active = 0;
-  for (uint32_t i = 0; i < area.rays.count; ++i) {
-    const kernels::Segment ray = kernels::segment_of(area.rays, i);
-    kernels::BoxRay prepared;
-    const bool askable = kernels::prepare_box_ray(ray, prepared);
-    begin(i, (askable || ray.tmin > ray.tmax) && !scene.unproven);
-    if (!askable || nodes.empty()) continue;
-    for (int a = 0; a < 3; ++a) area.inverse[a][i] = prepared.inverse[a];
-    area.cursors[i] = start(nodes.data(), TraversalRay(area, i));
-    if (area.cursors[i].trail != 0) area.active[active++] = uint16_t(i);
-  }
-  return active;
-}
+/// number. Sets area.misses.
+uint32_t start_rays(const NifSceneObject& scene, WorkArea& area);
 
 /// Calls exclude(ray, certain) for each ray whose mask does not match the sole instance's: it sees an empty
-/// scene. certain: as in start_rays().
+/// scene. certain: as area.misses.
 template <class Exclude>
 void exclude_by_mask(const NifSceneObject& scene, const WorkArea& area, const Exclude& exclude) {
   for (uint32_t i = 0; i < area.rays.count; ++i) {

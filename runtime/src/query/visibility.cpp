@@ -58,11 +58,10 @@ void answer_sole_instance(const NifSceneObject& scene, bool masked, const Wanted
       area.probability[i] = kernels::visible_probability(area.answers.logit[i], object.calibration);
 }
 
-/// Queries one object with area.object_rays, and merges its answers into those of the batch. Calls decide(k)
-/// for each pair whose ray is decided.
-template <class Decide>
+/// Queries one object with area.object_rays, and merges its answers into those of the batch. Sets area.decided
+/// for rays that are decided.
 void ask_object(const NifSceneObject& scene, const Wanted& wanted, const Pair* pairs, uint32_t count,
-                WorkArea& area, const Decide& decide) {
+                WorkArea& area) {
   const PlacedObject& object = scene.objects[pairs[0].object];
   ask_kernel(object, wanted, area.object_rays, area.object_answers, area.object_open, area);
   for (uint32_t k = 0; k < count; ++k) {
@@ -84,9 +83,26 @@ void ask_object(const NifSceneObject& scene, const Wanted& wanted, const Pair* p
     } else if (decided) {
       area.answers.logit[i] = logit;
     }
-    if (decided) decide(k);
+    area.decided[i] |= decided;
   }
 }
+
+class VisibilityStreams final : public StreamTraversal {
+ public:
+  VisibilityStreams(const NifSceneObject& scene, const Wanted& wanted, WorkArea& area)
+      : StreamTraversal(scene, area), wanted_(wanted) {}
+
+ private:
+  void ask(const Pair* pairs, uint32_t count, const RayStream&) override {
+    ask_object(scene_, wanted_, pairs, count, area_);
+  }
+  void update(RayStream& stream, const uint32_t* entries, uint32_t count) override {
+    for (uint32_t k = 0; k < count; ++k)
+      if (area_.decided[stream.ray[entries[k]]]) stream.drop(entries[k]);
+  }
+
+  const Wanted& wanted_;
+};
 
 void finish_details(const Wanted& wanted, WorkArea& area) {
   for (uint32_t i = 0; i < area.rays.count; ++i) {
@@ -98,35 +114,33 @@ void finish_details(const Wanted& wanted, WorkArea& area) {
 }
 
 void answer_instances(const NifSceneObject& scene, bool masked, const Wanted& wanted, WorkArea& area) {
-  const auto begin = [&](uint32_t i, bool certain) {
+  const bool in_streams = goes_in_streams(scene, area.rays.count);
+  uint32_t active = 0;
+  if (in_streams)
+    start_stream(scene, masked, area);
+  else
+    active = start_rays(scene, area);
+  for (uint32_t i = 0; i < area.rays.count; ++i) {
     area.answers.logit[i] = kernels::kCertainLogit;
-    area.answers.certain[i] = certain || scene.unproven;
+    area.answers.certain[i] = area.misses[i] || scene.unproven;
+    area.decided[i] = 0;
     if (wanted.details) area.combined[i] = {};
     if (wanted.details && scene.unproven) area.combined[i].add(kernels::kCertainLogit, false, {}, false);
-    if (!wanted.open) return;
+    if (!wanted.open) continue;
     area.open.begin[i] = scene.unproven ? area.rays.tmin[i] : std::numeric_limits<float>::infinity();
     area.open.end[i] = scene.unproven ? area.rays.tmax[i] : -std::numeric_limits<float>::infinity();
     area.open_instance[i] = kernels::kNoInstance;
-  };
-  if (goes_in_streams(scene, area.rays.count)) {
-    std::fill_n(area.decided, area.rays.count, uint8_t{0});
-    start_stream(scene, masked, area, begin);
-    go_in_streams(
-        scene, area,
-        [&](const Pair* pairs, uint32_t count, const RayStream&) {
-          ask_object(scene, wanted, pairs, count, area, [&](uint32_t k) { area.decided[pairs[k].ray] = 1; });
-        },
-        [&](RayStream& stream, uint32_t entry) {
-          if (area.decided[stream.ray[entry]]) stream.drop(entry);
-        });
+  }
+  if (in_streams) {
+    VisibilityStreams(scene, wanted, area).run();
   } else {
-    const uint32_t active = start_rays(scene, area, begin);
     go_in_rounds(
         scene, masked, area, active, [&](uint32_t i) { return TraversalRay(area, i); },
         [&](const Pair* pairs, uint32_t count) {
           bring_to_object(scene, pairs, count, area);
-          ask_object(scene, wanted, pairs, count, area,
-                     [&](uint32_t k) { area.cursors[pairs[k].ray].trail = 0; });
+          ask_object(scene, wanted, pairs, count, area);
+          for (uint32_t k = 0; k < count; ++k)
+            if (area.decided[pairs[k].ray]) area.cursors[pairs[k].ray].trail = 0;  // the ray drops out
         });
   }
   if (wanted.details) finish_details(wanted, area);

@@ -34,16 +34,19 @@ struct alignas(64) WorkArea {
   uint8_t visible[kBatchRoom];
   uint64_t fallback_rays[kBatchRoom];  ///< numbers within the query
 
-  // For scenes of several instances: of few, and of many.
+  // For scenes of several instances. By ray:
+  uint8_t misses[kBatchRoom];   ///< 1: it certainly meets nothing, if it meets no instance's box
+  uint8_t decided[kBatchRoom];  ///< 1: no further instance is asked
+  // In streams:
   kernels::cpu::RayStream streams[kStreamLevels];
-  uint32_t narrowed[kStreamLevels]
-                   [kBatchRoom];  ///< [level][entry] its number in the stream of the level above
-  uint32_t entries[kBatchRoom];   ///< [object_rays] numbers within a stream
-  uint8_t decided[kBatchRoom];    ///< [ray]
-  float inverse[3][kBatchRoom];   ///< BoxRay
+  uint32_t narrowed[kStreamLevels][kBatchRoom];  ///< [level][entry] its number a level above
+  // In rounds:
+  float inverse[3][kBatchRoom];  ///< BoxRay
   Cursor cursors[kBatchRoom];
   uint16_t active[kBatchRoom];  ///< undecided rays
+  // In both:
   Pair pairs[2][kBatchRoom];
+  uint32_t entries[kBatchRoom];  ///< [object_rays] its number in the stream, or in the batch
   kernels::CombinedAnswer combined[kBatchRoom];
 
   // Rays in one object's space, and its answers.
