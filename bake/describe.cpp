@@ -1,5 +1,5 @@
-// Describes objects: what all have in common here, and the rest by their parts (bake/planes/describe_planes.hpp and
-// so on). So an encoding is described by its parts.
+// Describes objects: what all have in common here, and the rest by their parts
+// (bake/planes/describe_planes.hpp and so on). So an encoding is described by its parts.
 #include "bake/describe.hpp"
 
 #include <nlohmann/json.hpp>

@@ -16,8 +16,8 @@ void describe(const format::PlanesView& view, nlohmann::ordered_json& json, nloh
 
 std::string summary(const format::PlanesView& view) {
   const kernels::PlanesField& grid = view.field;
-  return fmt::format("{} x {} x {} voxels, {} of them surface in {} parts", grid.voxels[0], grid.voxels[1],
-                     grid.voxels[2], grid.surface_voxels, grid.child_count);
+  return fmt::format("{} x {} x {} voxels, {} of them surface with {} children", grid.voxels[0],
+                     grid.voxels[1], grid.voxels[2], grid.surface_voxels, grid.child_count);
 }
 
 }  // namespace nif::bake

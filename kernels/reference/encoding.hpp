@@ -1,5 +1,5 @@
-// What the file of each encoding says of it: its name, and the parts that its objects have. The list of encodings finds
-// both here (kernels/reference/reference_encodings.hpp).
+// What the file of each encoding says of it: its name, and the parts that its objects have. The list of
+// encodings finds both here (kernels/reference/reference_encodings.hpp).
 #pragma once
 
 #include <cstdint>

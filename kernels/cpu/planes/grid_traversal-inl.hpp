@@ -135,8 +135,8 @@ class GridTraversal {
     rays_.waiting.push(rays, skip_empty_space<Log::kInOrder>(grid_, rays, setup.meets), p.waiting);
   }
 
-  /// Descends from a group's cells that are cut into children of 2^level finest cells to the child that holds the
-  /// ray.
+  /// Descends from a group's cells that are cut into children of 2^level finest cells to the child that holds
+  /// the ray.
   HWY_INLINE void follow_links(uint32_t group, uint32_t level, const Progress& p) {
     const Floats d;
     const uint32_t at = group * kLanes;
@@ -144,7 +144,7 @@ class GridTraversal {
     const auto links =
         hn::And(is_kind(rays.word, kLink), hn::RebindMask(Ints(), mask_of(p.lanes[group].active)));
     const auto word =
-        hn::IfThenElse(links, grid_.parts_at(rays.word, level, rays.cell, rays.info, links), rays.word);
+        hn::IfThenElse(links, grid_.children_at(rays.word, level, rays.cell, rays.info, links), rays.word);
     hn::Store(floats(word), d, rays_.slots.members[kWord] + at);
     const auto part_size = hn::Set(d, static_cast<float>(1u << level));
     hn::Store(hn::IfThenElse(hn::RebindMask(d, links), part_size, hn::Load(d, size_ + at)), d, size_ + at);

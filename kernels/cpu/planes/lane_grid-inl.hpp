@@ -82,8 +82,8 @@ class LaneGrid {
 
   /// The words of the children of 2^level finest cells that hold the given lanes' cells. `from`: the words of
   /// the cells that are cut into these children.
-  HWY_INLINE hn::Vec<Ints> parts_at(hn::Vec<Ints> from, uint32_t level, const hn::Vec<Floats> (&cell)[3],
-                                    hn::Vec<Ints> info, hn::Mask<Ints> lanes) const {
+  HWY_INLINE hn::Vec<Ints> children_at(hn::Vec<Ints> from, uint32_t level, const hn::Vec<Floats> (&cell)[3],
+                                       hn::Vec<Ints> info, hn::Mask<Ints> lanes) const {
     const Ints di;
     // Mirrored cell c is cell -c - 1, whose bits are inverted.
     const auto half = hn::Set(di, 1 << level);
