@@ -103,12 +103,7 @@ class HitStreams final : public StreamTraversal {
 };
 
 void intersect_instances(const NifSceneObject& scene, bool masked, WorkArea& area) {
-  const bool in_streams = goes_in_streams(scene, area.rays.count);
-  uint32_t active = 0;
-  if (in_streams)
-    start_stream(scene, masked, area);
-  else
-    active = start_rays(scene, area);
+  const auto [in_streams, active] = start_batch(scene, masked, area);
   for (uint32_t i = 0; i < area.rays.count; ++i) {
     SceneHit hit;
     if (!area.misses[i]) kernels::forget_proof(hit);

@@ -4,6 +4,12 @@
 namespace nif::runtime {
 namespace {
 
+/// Scenes with more nodes in their hierarchy, which have some 8,000 instances, go in rounds: few rays of a
+/// batch meet the same box.
+constexpr size_t kMostNodesForStreams = 4096;
+/// So do fewer rays than fill a vector.
+constexpr uint32_t kFewForStreams = 8;
+
 /// A node with leaves alone is not worth a stream of its own.
 bool has_inner_children(const Node& node) {
   for (uint32_t lane = 0; lane < kWidth; ++lane)
@@ -11,14 +17,22 @@ bool has_inner_children(const Node& node) {
   return false;
 }
 
-}  // namespace
-
 void start_stream(const NifSceneObject& scene, bool masked, WorkArea& area) {
   RayStream& stream = area.streams[0];
   scene.device->streams->start(area.rays, masked ? area.mask : nullptr, stream);
   for (uint32_t i = 0; i < area.rays.count; ++i)
     area.misses[i] = area.rays.tmin[i] > area.rays.tmax[i] && !scene.unproven;
   for (uint32_t k = 0; k < stream.count; ++k) area.misses[stream.ray[k]] = !scene.unproven;
+}
+
+}  // namespace
+
+BatchStart start_batch(const NifSceneObject& scene, bool masked, WorkArea& area) {
+  if (!scene.device->streams || area.rays.count < kFewForStreams ||
+      scene.hierarchy.nodes().size() > kMostNodesForStreams)
+    return {.in_streams = false, .active = start_rays(scene, area)};
+  start_stream(scene, masked, area);
+  return {.in_streams = true, .active = 0};
 }
 
 void StreamTraversal::run() {

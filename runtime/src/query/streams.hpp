@@ -9,20 +9,13 @@ namespace nif::runtime {
 
 using kernels::cpu::RayStream;
 
-/// Scenes with more nodes in their hierarchy, which have some 8,000 instances, go in rounds: few rays of a batch
-/// meet the same box.
-inline constexpr size_t kMostNodesForStreams = 4096;
-
-/// So do fewer rays than fill a vector.
-inline constexpr uint32_t kFewForStreams = 8;
-
-inline bool goes_in_streams(const NifSceneObject& scene, uint32_t rays) {
-  return scene.device->streams && rays >= kFewForStreams &&
-         scene.hierarchy.nodes().size() <= kMostNodesForStreams;
-}
-
-/// Starts the batch's stream. Sets area.misses.
-void start_stream(const NifSceneObject& scene, bool masked, WorkArea& area);
+/// How a batch goes through the scene.
+struct BatchStart {
+  bool in_streams;
+  uint32_t active;  ///< otherwise: rays of the first round, in area.active
+};
+/// Chooses, and starts the batch's rays. Sets area.misses.
+BatchStart start_batch(const NifSceneObject& scene, bool masked, WorkArea& area);
 
 /// Takes the batch's stream through the hierarchy.
 class StreamTraversal {

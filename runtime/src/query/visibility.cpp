@@ -114,12 +114,7 @@ void finish_details(const Wanted& wanted, WorkArea& area) {
 }
 
 void answer_instances(const NifSceneObject& scene, bool masked, const Wanted& wanted, WorkArea& area) {
-  const bool in_streams = goes_in_streams(scene, area.rays.count);
-  uint32_t active = 0;
-  if (in_streams)
-    start_stream(scene, masked, area);
-  else
-    active = start_rays(scene, area);
+  const auto [in_streams, active] = start_batch(scene, masked, area);
   for (uint32_t i = 0; i < area.rays.count; ++i) {
     area.answers.logit[i] = kernels::kCertainLogit;
     area.answers.certain[i] = area.misses[i] || scene.unproven;
