@@ -3,6 +3,7 @@
 
 #include "kernels/cpu/isa.hpp"
 #include "kernels/cpu/shared_copies.hpp"
+#include "kernels/cpu/triangles/decoded_tree.hpp"
 #include "kernels/packed/traversal_grid.hpp"
 #include "kernels/reference/object_kernel.hpp"
 
@@ -13,6 +14,7 @@ struct KernelOptions {
   std::pmr::memory_resource* memory;                ///< must outlive the kernel
   SharedCopies& copies;                             ///< of the object's asset; must outlive the kernel
   size_t most_without_bricks = kMostWithoutBricks;  ///< as for TraversalGrid
+  size_t most_decoded = kMostDecoded;               ///< as for decode()
 };
 
 }  // namespace nif::kernels::cpu

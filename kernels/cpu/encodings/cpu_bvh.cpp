@@ -59,7 +59,7 @@ namespace nif::kernels::cpu {
 KernelPointer make_kernel(const TrianglesField& field, const KernelOptions& options) {
   return hold_kernel<SimdKernel<BvhTree>>(
       options.memory, NIF_FUNCTIONS_FOR(SimdFunctions<BvhTree>, kBvhFunctions, options.isa),
-      [&] { return tree_of(field); });
+      [&] { return tree_of(field, options); });
 }
 
 }  // namespace nif::kernels::cpu

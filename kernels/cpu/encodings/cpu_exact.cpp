@@ -174,7 +174,7 @@ KernelPointer make_kernel(const ExactField& field, const KernelOptions& options)
       options.memory, NIF_FUNCTIONS_FOR(SimdFunctions<PackedExactField>, kExactFunctions, options.isa), [&] {
         return PackedExactField{field,
                                 TraversalGrid(field.planes, options.memory, options.most_without_bricks),
-                                tree_of(field.triangles)};
+                                tree_of(field.triangles, options)};
       });
 }
 

@@ -91,12 +91,17 @@ void start_stream(const SegmentBatch& rays, const uint32_t* masks, RayStream& st
   stream.masked = masks != nullptr;
 }
 
-/// The rays of a vector that may meet a box, as bits (pass_box()).
-NIF_OF_STREAMS uint32_t may_meet(const RayStream& stream, uint32_t k, const WorldBox& box) {
+/// As BoxPassage.
+struct Passages {
+  hn::Vec<Floats> enter, leave;
+};
+/// pass_box(). Column: column(c, k) has what `c`, a column of the stream, has for the rays.
+template <class Column>
+HWY_INLINE Passages pass_box(const RayStream& stream, const WorldBox& box, const Column& column) {
   const Floats d;
   hn::Vec<Floats> near[3], far[3];
   for (uint32_t a = 0; a < 3; ++a) {
-    const auto origin = hn::Load(d, stream.origin[a] + k), inverse = hn::Load(d, stream.inverse[a] + k);
+    const auto origin = column(stream.origin[a]), inverse = column(stream.inverse[a]);
     const auto low = hn::Mul(hn::Sub(hn::Set(d, box.min[a]), origin), inverse);
     const auto high = hn::Mul(hn::Sub(hn::Set(d, box.max[a]), origin), inverse);
     near[a] = min_of(low, high);
@@ -108,9 +113,15 @@ NIF_OF_STREAMS uint32_t may_meet(const RayStream& stream, uint32_t k, const Worl
              slack = hn::Set(d, kLeastSlack);
   const auto first = hn::Sub(min_of(hn::Mul(enter, less), hn::Mul(enter, more)), slack);
   const auto last = hn::Add(max_of(hn::Mul(leave, less), hn::Mul(leave, more)), slack);
-  const auto from = max_of(min_of(first, hn::Set(d, kMostT)), hn::Load(d, stream.tmin + k));
-  const auto to = min_of(max_of(last, hn::Set(d, -kMostT)), hn::Load(d, stream.tmax + k));
-  return bits_of(hn::Le(from, to));
+  return {max_of(min_of(first, hn::Set(d, kMostT)), column(stream.tmin)),
+          min_of(max_of(last, hn::Set(d, -kMostT)), column(stream.tmax))};
+}
+
+/// The rays of a vector that may meet a box, as bits.
+NIF_OF_STREAMS uint32_t may_meet(const RayStream& stream, uint32_t k, const WorldBox& box) {
+  const Passages passages =
+      pass_box(stream, box, [k](const float* column) HWY_ATTR { return hn::Load(Floats(), column + k); });
+  return bits_of(hn::Le(passages.enter, passages.leave));
 }
 
 HWY_INLINE hn::Vec<Floats> row_times(const float* row, const hn::Vec<Floats> (&v)[3]) {
@@ -190,6 +201,96 @@ void narrow_stream(const RayStream& stream, const WorldBox& box, RayStream& narr
   narrowed.masked = stream.masked;
 }
 
+/// Entries of a column.
+struct Gathered {
+  hn::Vec<Ints> at;
+  HWY_INLINE hn::Vec<Floats> operator()(const float* column) const {
+    return hn::GatherIndex(Floats(), column, at);
+  }
+};
+
+/// stays_certain() in an instance with a transform: the rays of entries k and after, as a mask.
+HWY_INLINE hn::Mask<Floats> stay_certain(const RayStream& stream, const StreamHits& added, uint32_t k,
+                                         const Gathered& column) {
+  const Floats d;
+  const WorldToObject& transform = added.instance.to_object;
+  hn::Vec<Floats> origin[3], direction[3];
+  bool remains = false;
+  for (uint32_t a = 0; a < 3; ++a) {
+    remains = remains || transform.remainder[a] != 0;
+    origin[a] = hn::Abs(hn::Sub(hn::Sub(column(stream.origin[a]), hn::Set(d, transform.translation[a])),
+                                hn::Set(d, transform.remainder[a])));
+    direction[a] = hn::Abs(column(stream.direction[a]));
+  }
+  auto reach = hn::Zero(d), spread = reach, steepest = reach;
+  for (uint32_t a = 0; a < 3; ++a) {
+    float row[3];
+    for (uint32_t b = 0; b < 3; ++b) row[b] = magnitude(transform.inverse[3 * a + b]);
+    reach = max_of(row_times(row, origin), reach);
+    spread = max_of(row_times(row, direction), spread);
+    steepest = max_of(hn::Abs(hn::LoadU(d, added.local.direction[a] + k)), steepest);
+  }
+  if (remains) reach = hn::Mul(reach, hn::Set(d, 1.25f));
+  return hn::And(hn::Le(hn::Mul(reach, hn::Set(d, added.reach_scale)), hn::Set(d, kCertainReach / 8)),
+                 hn::Le(spread, hn::Mul(hn::Set(d, 4.0f), steepest)));
+}
+
+void join_hits(const RayStream& stream, const WorldBox& box, const StreamHits& added, HitBatch& hits,
+               uint32_t* instances) {
+  const Floats d;
+  const Ints di;
+  const HitBatch& met = added.met;
+  const auto none = hn::Set(d, kNoHit);
+  const bool proves =
+      !added.instance.unproven && (added.instance.identity || added.instance.well_conditioned);
+  for (uint32_t k = 0; k < added.local.count; k += kLanes) {
+    const uint32_t present = added.local.count - k < kLanes ? (1u << (added.local.count - k)) - 1 : kAllLanes;
+    const auto in_range = mask_of(present);
+    const Gathered column{hn::IfThenElseZero(hn::RebindMask(di, in_range), words_at(added.entries, k))};
+    const auto ray = hn::GatherIndex(di, reinterpret_cast<const int32_t*>(stream.ray), column.at);
+    auto t = hn::Load(d, met.t + k), low = hn::Load(d, met.low + k), high = hn::Load(d, met.high + k);
+    // forget_proof()
+    auto certain = proves ? in_range : hn::Not(hn::Eq(t, t));
+    if (proves && !added.instance.identity) certain = stay_certain(stream, added, k, column);
+    low = hn::IfThenElse(certain, low, hn::Neg(none));
+    high = hn::IfThenElse(certain, high, none);
+    // begin_in_box()
+    const auto enter = pass_box(stream, box, column).enter;
+    const auto begins = hn::Lt(enter, hn::Set(d, kMostT));
+    low = hn::IfThenElse(begins, max_of(low, enter), low);
+    t = hn::IfThenElse(hn::And(begins, hn::Lt(t, none)), max_of(t, enter), t);
+    // SceneHit::add()
+    const Gathered of_batch{ray};
+    const auto other = of_batch(hits.t);
+    const auto in = hn::GatherIndex(di, reinterpret_cast<const int32_t*>(instances), ray);
+    // kNoInstance is the greatest as an unsigned number; numbers of instances are less than 2^31.
+    const auto earlier =
+        hn::RebindMask(d, hn::Or(hn::Lt(in, hn::Zero(di)), hn::Gt(in, hn::Set(di, int32_t(added.number)))));
+    const auto nearer =
+        hn::Or(hn::Lt(t, other), hn::And(hn::Eq(t, other), hn::And(earlier, hn::Lt(t, none))));
+    alignas(64) float ts[kLanes], lows[kLanes], highs[kLanes];
+    alignas(64) uint32_t rays[kLanes];
+    hn::Store(t, d, ts);
+    hn::Store(min_of(low, of_batch(hits.low)), d, lows);
+    hn::Store(min_of(high, of_batch(hits.high)), d, highs);
+    put_words(ray, rays, 0);
+    const uint32_t count = added.local.count - k < kLanes ? added.local.count - k : kLanes;
+    for (uint32_t lane = 0; lane < count; ++lane) {
+      hits.low[rays[lane]] = lows[lane];
+      hits.high[rays[lane]] = highs[lane];
+    }
+    for (uint32_t lanes = bits_of(nearer) & present; lanes != 0; lanes &= lanes - 1) {
+      const uint32_t lane = lowest_bit(lanes), i = rays[lane];
+      hits.t[i] = ts[lane];
+      for (uint32_t a = 0; a < 3; ++a) hits.normal[a][i] = met.normal[a][k + lane];
+      hits.triangle[i] = met.triangle[k + lane];
+      hits.u[i] = met.u[k + lane];
+      hits.v[i] = met.v[k + lane];
+      instances[i] = added.number;
+    }
+  }
+}
+
 void pack_stream(RayStream& stream) {
   const Floats d;
   uint32_t kept = 0;
@@ -205,7 +306,8 @@ void pack_stream(RayStream& stream) {
 
 }  // namespace
 
-constexpr StreamFunctions kStreamFunctions = {start_stream, meet_stream, narrow_stream, pack_stream};
+constexpr StreamFunctions kStreamFunctions = {start_stream, meet_stream, narrow_stream, join_hits,
+                                              pack_stream};
 
 }  // namespace nif::kernels::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

@@ -8,8 +8,10 @@
 #include <limits>
 
 #include "kernels/cpu/isa.hpp"
+#include "kernels/reference/hit.hpp"
 #include "kernels/reference/instance.hpp"
 #include "kernels/reference/object_kernel.hpp"
+#include "kernels/reference/scene_field.hpp"
 
 namespace nif::kernels::cpu {
 
@@ -40,6 +42,16 @@ struct StreamInstance {
   uint32_t mask;
 };
 
+/// First hits with the object of an instance, of rays that a stream brought to object space.
+struct StreamHits {
+  const uint32_t* entries;    ///< [met.count] the rays' numbers in the stream
+  const SegmentBatch& local;  ///< the rays in object space
+  const HitBatch& met;        ///< their hits there
+  const PlacedInstance& instance;
+  uint32_t number;    ///< the instance's
+  float reach_scale;  ///< the object's
+};
+
 /// What an instruction set has for streams.
 struct StreamFunctions {
   /// Fills the stream with the rays that can meet a box. `masks` [rays.count]: null if the query has none.
@@ -51,6 +63,10 @@ struct StreamFunctions {
   /// The rays of the stream that may meet the box: `narrowed` gets them, `entries` their numbers in the stream
   /// [kBatchRoom].
   void (*narrow)(const RayStream& stream, const WorldBox& box, RayStream& narrowed, uint32_t* entries);
+  /// Adds hits to those of the batch, `hits` and `instances`, as SceneHit::add() does: proofs hold if they do in
+  /// the world, and nothing is met before the instance's box.
+  void (*join)(const RayStream& stream, const WorldBox& box, const StreamHits& added, HitBatch& hits,
+               uint32_t* instances);
   /// Removes the entries that were dropped, or whose tmax is below their tmin.
   void (*pack)(RayStream& stream);
 };

@@ -19,6 +19,7 @@
 #include <cstring>
 
 #include "kernels/cpu/lanes-inl.hpp"
+#include "kernels/cpu/triangles/decoded_tree.hpp"
 #include "kernels/cpu/triangles/tree.hpp"
 #include "kernels/reference/batch.hpp"
 #include "kernels/reference/triangles/triangles_hit.hpp"
@@ -37,14 +38,17 @@ constexpr float kMaxSingleReach = 0x1p56f;
 
 /// What the tests read of one ray, in groups of four.
 struct ReadyRay {
-  float inverse[4];   ///< of the direction, by axis; the last is 0
+  // The last of these three are 0; or, if the object is decoded, the bytes from a DecodedLeaf's corner to the rows
+  // of the axes in the order of `origin`, as integers.
+  float inverse[4];   ///< of the direction, by axis
   float near[4];      ///< a plane p is entered at t = p inverse + near, and left at
-  float far[4];       ///< p inverse + far; the last are 0
+  float far[4];       ///< p inverse + far
   float origin[4];    ///< the longest axis of the direction comes third, the others keep their cyclic order;
                       ///< the last is the padding
   float shear[4];     ///< slopes of the first two axes against the third; two factors of sides' error bounds
   float limits[4];    ///< enter and leave, for boxes; third-coordinate bounds surely inside t's range
-  uint32_t entry[4];  ///< by axis: where in a node the entry planes are; the last is 0
+  uint32_t entry[4];  ///< by axis: where in a node the entry planes are; the last has bit `axis` if the
+                      ///< direction is negative
   uint32_t exit[4];   ///< those of the exit planes; the last is the axis of the direction's longest component
 };
 constexpr uint32_t kReadyGroups = sizeof(ReadyRay) / 16;
@@ -96,8 +100,15 @@ HWY_INLINE bool any_far(const TrianglesField& field, const SegmentBatch& batch) 
   return far != 0;
 }
 
+/// Where a kind of node keeps a slot of a BvhNode.
+template <class Node>
+constexpr uint32_t slot_in(uint32_t slot) {
+  return std::is_same_v<Node, DecodedNode> ? kBvhWidth - 1 - slot : slot;
+}
+
 /// Prepares the batch's rays from `first` on, and answers them as if they met nothing. Boxes count from
 /// `enter` to `leave`, where t counts from start_of() the ray; triangles from the ray's tmin to tmax.
+template <class Node>
 HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const float* from, const float* to,
                            uint32_t first, AnswerBatch& answers, ReadyRays& ready) {
   const Floats d;
@@ -157,6 +168,7 @@ HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const
   hn::Vec<Floats> inverse[3], near[3], far[3];
   hn::Mask<Floats> backwards[3];
   hn::Vec<Floats> entry[3], exit[3];
+  auto signs = hn::Zero(di);
   for (uint32_t a = 0; a < 3; ++a) {
     direction[a] = hn::Mul(direction[a], scale_down);
     const auto negative = backwards[a] = hn::Lt(direction[a], zero);
@@ -165,8 +177,9 @@ HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const
     const auto outward = hn::IfThenElse(negative, hn::Neg(padding), padding);
     near[a] = hn::Neg(hn::Mul(hn::Add(origin[a], outward), inverse[a]));
     far[a] = hn::Neg(hn::Mul(hn::Sub(origin[a], outward), inverse[a]));
-    const auto low = floats(hn::Set(di, int32_t(offsetof(BvhNode, low) + a * kBvhWidth)));
-    const auto high = floats(hn::Set(di, int32_t(offsetof(BvhNode, high) + a * kBvhWidth)));
+    const auto low = floats(hn::Set(di, int32_t(offsetof(Node, low) + a * sizeof(Node::low[a]))));
+    const auto high = floats(hn::Set(di, int32_t(offsetof(Node, high) + a * sizeof(Node::high[a]))));
+    signs = hn::Or(signs, hn::IfThenElseZero(hn::RebindMask(di, negative), hn::Set(di, 1 << a)));
     entry[a] = hn::IfThenElse(negative, high, low);
     exit[a] = hn::IfThenElse(negative, low, high);
   }
@@ -187,7 +200,7 @@ HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const
       last_out = hn::Min(hn::MulAdd(out, inverse[a], far[a]), last_out);
     }
     const auto meets = hn::RebindMask(di, hn::Le(first_in, last_out));
-    met = hn::Or(met, hn::IfThenElseZero(meets, hn::Set(di, int32_t(1u << s))));
+    met = hn::Or(met, hn::IfThenElseZero(meets, hn::Set(di, int32_t(1u << slot_in<Node>(s)))));
   }
   hn::Store(met, di, ready.met);
   const auto some = hn::RebindMask(d, hn::Ne(met, hn::Zero(di)));
@@ -216,13 +229,24 @@ HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const
   const auto store =
       [&](uint32_t group, hn::Vec<Floats> x, hn::Vec<Floats> y, hn::Vec<Floats> z, hn::Vec<Floats> w)
           HWY_ATTR { hn::StoreInterleaved4(x, y, z, w, d, ready.groups[group][0]); };
-  store(0, inverse[0], inverse[1], inverse[2], zero);
-  store(1, near[0], near[1], near[2], zero);
-  store(2, far[0], far[1], far[2], zero);
+  // Where the rows of leaves are, for triangles.
+  hn::Vec<Floats> row[3] = {zero, zero, zero};
+  if constexpr (std::is_same_v<Node, DecodedNode>) {
+    for (uint32_t a = 0; a < 3; ++a) {
+      const auto at = [&](uint32_t longest) HWY_ATTR {
+        return hn::Set(di, int32_t((longest + 1 + a) % 3 * sizeof(DecodedLeaf::corners[0][0])));
+      };
+      row[a] = floats(hn::IfThenElse(hn::RebindMask(di, third), at(2),
+                                     hn::IfThenElse(hn::RebindMask(di, second), at(1), at(0))));
+    }
+  }
+  store(0, inverse[0], inverse[1], inverse[2], row[0]);
+  store(1, near[0], near[1], near[2], row[1]);
+  store(2, far[0], far[1], far[2], row[2]);
   store(3, choose(origin, 1), choose(origin, 2), choose(origin, 0), padding);
   store(4, shear_x, shear_y, error, least_error);
   store(5, enter, leave, begin, end);
-  store(6, entry[0], entry[1], entry[2], zero);
+  store(6, entry[0], entry[1], entry[2], floats(signs));
   store(7, exit[0], exit[1], exit[2], floats(axis));
 }
 

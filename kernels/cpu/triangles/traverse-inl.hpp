@@ -21,6 +21,7 @@
 #include <hwy/highway.h>
 
 #include "kernels/cpu/triangles/boxes-inl.hpp"
+#include "kernels/cpu/triangles/decoded_traverse-inl.hpp"
 #include "kernels/cpu/triangles/triangles-inl.hpp"
 #include "kernels/reference/batch.hpp"
 
@@ -229,7 +230,7 @@ class Traversal {
   HWY_INLINE bool make_some_ready() {
     for (; ready_.traversed == 0; taken_ += kLanes) {
       if (taken_ >= batch_.count) return false;
-      make_ready(tree_, batch_, enter_, leave_, taken_, goal_.answers(), ready_);
+      make_ready<BvhNode>(tree_, batch_, enter_, leave_, taken_, goal_.answers(), ready_);
     }
     return true;
   }
@@ -342,10 +343,16 @@ HWY_INLINE void traverse_for(const Goal& goal, const BvhTree& tree, const Segmen
 }
 
 /// Answers the rays of a batch. Not inlined, so that all kernels share this code.
-using BvhScratch = TraversalScratch<AnyTriangle>;
+union BvhScratch {
+  TraversalScratch<AnyTriangle> packed;
+  decoded::TraversalScratch<decoded::AnyTriangle> decoded;
+};
 HWY_NOINLINE inline void traverse(const BvhTree& tree, const SegmentBatch& batch, const float* enter,
                                   const float* leave, AnswerBatch& answers, BvhScratch& scratch) {
-  traverse_for(AnyTriangle(batch, answers), tree, batch, enter, leave, scratch);
+  if (tree.decoded.nodes != nullptr)
+    decoded::traverse_for(decoded::AnyTriangle(batch, answers), tree, batch, enter, leave, scratch.decoded);
+  else
+    traverse_for(AnyTriangle(batch, answers), tree, batch, enter, leave, scratch.packed);
 }
 
 /// The same without an interval.
@@ -369,12 +376,21 @@ HWY_NOINLINE inline void traverse_whole(const BvhTree& tree, const SegmentBatch&
 /// Finds their first hits.
 struct BvhHitScratch {
   AnswerBatch answers;
-  TraversalScratch<FirstTriangle> traversal;
+  union {
+    TraversalScratch<FirstTriangle> packed;
+    decoded::TraversalScratch<decoded::FirstTriangle> decoded;
+  };
 };
 HWY_NOINLINE inline void traverse_to_hits(const BvhTree& tree, const SegmentBatch& batch, const float* enter,
                                           const float* leave, HitBatch& hits, BvhHitScratch& scratch) {
   fill_hits(hits, batch.count, Hit());
-  traverse_for(FirstTriangle(batch, scratch.answers, hits), tree, batch, enter, leave, scratch.traversal);
+  if (tree.decoded.nodes != nullptr) {
+    const decoded::FirstTriangle goal(tree.field, tree.decoded, batch, scratch.answers, hits,
+                                      scratch.decoded.notes);
+    decoded::traverse_for(goal, tree, batch, enter, leave, scratch.decoded);
+    goal.finish();
+  } else
+    traverse_for(FirstTriangle(batch, scratch.answers, hits), tree, batch, enter, leave, scratch.packed);
   for (uint32_t i = 0; i < batch.count; ++i)
     if (!(hits.t[i] < kNoHit) && scratch.answers.certain[i] != 0) hits.low[i] = kNoHit;
 }

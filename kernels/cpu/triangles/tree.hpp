@@ -1,12 +1,14 @@
 // A `bvh` object as the SIMD kernel keeps it: the field, the boxes of its root, and how far frames reach.
 #pragma once
 
-#include "kernels/reference/triangles/triangles_field.hpp"
+#include "kernels/cpu/kernel_options.hpp"
+#include "kernels/cpu/triangles/decoded_tree.hpp"
 
 namespace nif::kernels::cpu {
 
 struct BvhTree {
   TrianglesField field;
+  DecodedTree decoded;  ///< empty if the object is too large
   /// No plane of any node's frame, used or not, lies farther from the origin of object space along any axis.
   /// The baker's frames lie within the root's, so this is the extent. A file may have others: only the planes
   /// that boxes use must lie within the root's.
@@ -16,8 +18,8 @@ struct BvhTree {
   float low[kBvhWidth][3], high[kBvhWidth][3];  ///< of the slots in use, which come first
 };
 
-inline BvhTree tree_of(const TrianglesField& field) {
-  BvhTree tree{field, field.extent, 0, 0, {}, {}};
+inline BvhTree tree_of(const TrianglesField& field, const KernelOptions& options) {
+  BvhTree tree{field, decode(field, options.most_decoded, options.copies), field.extent, 0, 0, {}, {}};
   for (uint32_t i = 0; i < field.node_count; ++i) tree.reach = max_of(bvh_extent(field.nodes[i]), tree.reach);
   const BvhNode& root = field.nodes[0];
   for (uint32_t s = 0; s < kBvhWidth && root.slots[s] != 0; ++s) {

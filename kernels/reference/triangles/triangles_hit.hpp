@@ -67,24 +67,21 @@ inline void find_nearest(const TrianglesField& field, BvhRay& ray, NearestTriang
   }
 }
 
-/// Describes a triangle as a hit.
-NIF_HOST_DEVICE inline Hit hit_of(const TrianglesField& field, const NearestTriangle& nearest, bool certain) {
-  if (nearest.triangle == kNoTriangle) return no_hit(certain);
+/// Describes a triangle with these corners as a hit.
+NIF_HOST_DEVICE inline Hit hit_at(const TriangleCrossing<double>& crossing, uint32_t triangle,
+                                  const float* const corners[3], bool certain) {
   Hit hit;
-  const TriangleCrossing<double>& crossing = nearest.crossing;
   hit.t = static_cast<float>(crossing.t);
   if (certain) hit.low = hit.high = hit.t;
   hit.u = static_cast<float>(crossing.weight[1] / crossing.sum);
   hit.v = static_cast<float>(crossing.weight[2] / crossing.sum);
-  hit.triangle = nearest.triangle;
+  hit.triangle = triangle;
   double edge[2][3], normal[3], largest = 0;
-  const uint8_t* corners = field.triangles[nearest.triangle];
   NIF_UNROLL
   for (int a = 0; a < 3; ++a) {
-    const double from = static_cast<double>(field.vertices[nearest.first_vertex + corners[0]][a]);
+    const double from = static_cast<double>(corners[0][a]);
     NIF_UNROLL
-    for (int e = 0; e < 2; ++e)
-      edge[e][a] = static_cast<double>(field.vertices[nearest.first_vertex + corners[e + 1]][a]) - from;
+    for (int e = 0; e < 2; ++e) edge[e][a] = static_cast<double>(corners[e + 1][a]) - from;
   }
   NIF_UNROLL
   for (int a = 0; a < 3; ++a) {
@@ -96,6 +93,15 @@ NIF_HOST_DEVICE inline Hit hit_of(const TrianglesField& field, const NearestTria
   NIF_UNROLL
   for (int a = 0; a < 3; ++a) hit.normal[a] = largest > 0 ? static_cast<float>(normal[a] / largest) : 0.0f;
   return hit;
+}
+
+NIF_HOST_DEVICE inline Hit hit_of(const TrianglesField& field, const NearestTriangle& nearest, bool certain) {
+  if (nearest.triangle == kNoTriangle) return no_hit(certain);
+  const uint8_t* const indices = field.triangles[nearest.triangle];
+  const float* corners[3];
+  NIF_UNROLL
+  for (int k = 0; k < 3; ++k) corners[k] = field.vertices[nearest.first_vertex + indices[k]];
+  return hit_at(nearest.crossing, nearest.triangle, corners, certain);
 }
 
 /// Skips boxes beyond the limit. A hit a little beyond it may round to the limit itself.

@@ -89,8 +89,21 @@ class HitStreams final : public StreamTraversal {
 
  private:
   void ask(const Pair* pairs, uint32_t count, const RayStream& stream) override {
-    for (uint32_t k = 0; k < count; ++k) area_.object_rays.tmax[k] = area_.rays.tmax[pairs[k].ray];
-    intersect_object(scene_, pairs, count, stream.inverse, area_);
+    const Instance& instance = scene_.instances[pairs[0].instance];
+    const PlacedObject& object = scene_.objects[instance.object];
+    for (uint32_t k = 0; k < count; ++k) {
+      area_.object_rays.tmax[k] = area_.rays.tmax[pairs[k].ray];
+      area_.hit_limit[k] = area_.hits.high[pairs[k].ray];
+    }
+    object.kernel->intersect(area_.object_rays, area_.hit_limit, area_.object_hits, area_.kernel_scratch);
+    scene_.device->streams->join(stream, scene_.hierarchy.box(instance.place),
+                                 {.entries = area_.entries,
+                                  .local = area_.object_rays,
+                                  .met = area_.object_hits,
+                                  .instance = instance,
+                                  .number = pairs[0].instance,
+                                  .reach_scale = object.reach_scale},
+                                 area_.hits, area_.hit_instance);
   }
   /// A box that begins beyond a proven hit cannot hold the first one.
   void update(RayStream& stream, const uint32_t* entries, uint32_t count) override {

@@ -51,7 +51,7 @@ KernelPointer make_kernel(const format::ObjectView& object, const KernelChoice& 
 #ifdef NIF_HAS_SIMD
   if (choice.isa != Isa::scalar) {
     kernels::cpu::KernelOptions options{kernels::cpu::Isa(int(choice.isa) - 1), memory, copies};
-    if (choice.least_memory) options.most_without_bricks = 0;
+    if (choice.least_memory) options.most_without_bricks = options.most_decoded = 0;
     if (KernelPointer kernel = kernels::cpu::make_kernel(field, options)) return kernel;
   }
 #else

@@ -1,0 +1,437 @@
+// Traverses a decoded `bvh` object with several rays in flight, as traverse-inl.hpp does.
+//
+// What differs: a step reads planes instead of decoding them, and moves what the ray meets to stacks with one
+// compressing store, without a branch. First hits keep candidates, whose depths are known in single precision;
+// what is certainly behind another is dropped, and only what is left at the end is tested in double precision.
+//
+// Compiled once for each target.
+#if defined(NIF_BVH_DECODED_TRAVERSE_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef NIF_BVH_DECODED_TRAVERSE_INL
+#undef NIF_BVH_DECODED_TRAVERSE_INL
+#else
+#define NIF_BVH_DECODED_TRAVERSE_INL
+#endif
+
+#include <hwy/highway.h>
+
+#include "kernels/cpu/triangles/boxes-inl.hpp"
+#include "kernels/cpu/triangles/exact_hits-inl.hpp"
+#include "kernels/cpu/triangles/leaves-inl.hpp"
+#include "kernels/cpu/triangles/tree.hpp"
+#include "kernels/reference/batch.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace nif::kernels::cpu::HWY_NAMESPACE {
+namespace decoded {
+
+constexpr uint32_t kFlightGroups = 3;
+constexpr uint32_t kFlights = 8;
+
+HWY_INLINE void fetch(const void* at, size_t bytes) {
+  for (size_t line = 0; line < bytes; line += 64) __builtin_prefetch(static_cast<const char*>(at) + line);
+}
+
+using SlotWords = hn::RebindToUnsigned<Slots>;
+
+/// The slots whose boxes the ray may meet something in, as bits.
+HWY_INLINE uint32_t meets_boxes(const DecodedNode& node, const ReadyRay& ray) {
+  const Slots d;
+  uint32_t met = 0;
+  for (uint32_t first = 0; first < kBvhWidth; first += uint32_t(hn::Lanes(d))) {
+    auto enter = hn::Set(d, ray.limits[0]), leave = hn::Set(d, ray.limits[1]);
+    for (uint32_t a = 0; a < 3; ++a) {
+      const auto* const planes = reinterpret_cast<const char*>(&node) + first * sizeof(float);
+      const auto from = hn::Load(d, reinterpret_cast<const float*>(planes + ray.entry[a]));
+      const auto to = hn::Load(d, reinterpret_cast<const float*>(planes + ray.exit[a]));
+      const auto inverse = hn::Set(d, ray.inverse[a]);
+      enter = hn::Max(hn::MulAdd(from, inverse, hn::Set(d, ray.near[a])), enter);
+      leave = hn::Min(hn::MulAdd(to, inverse, hn::Set(d, ray.far[a])), leave);
+    }
+    met |= bits_of_slots(hn::Le(enter, leave)) << first;
+  }
+  return met;
+}
+
+/// Appends the children in some slots. A whole node must have room. Returns how many there are.
+HWY_INLINE uint32_t append(const DecodedNode& node, uint32_t slots, Child* to) {
+  const SlotWords d;
+#if HWY_TARGET == HWY_AVX3
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(to),
+                      _mm256_maskz_compress_epi32(__mmask8(slots), hn::Load(d, node.children).raw));
+  return uint32_t(__builtin_popcount(slots));
+#elif HWY_TARGET == HWY_AVX2
+  const __m256i order =
+      _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(kTogether8[slots])));
+  hn::StoreU(hn::Vec<SlotWords>{_mm256_permutevar8x32_epi32(hn::Load(d, node.children).raw, order)}, d, to);
+  return uint32_t(__builtin_popcount(slots));
+#else
+  uint32_t count = 0;
+  for (uint32_t s = 0; s < kBvhWidth; ++s) {
+    to[count] = node.children[s];
+    count += slots >> s & 1;
+  }
+  return count;
+#endif
+}
+
+/// The same in the order `order` of the node, from far to near.
+HWY_INLINE uint32_t append_by(const DecodedNode& node, uint32_t order, uint32_t slots, Child* to) {
+#if HWY_TARGET == HWY_AVX3
+  const __m256i places =
+      _mm256_srlv_epi32(_mm256_set1_epi32(int(order)), _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21));
+  const __m256i chosen = _mm256_maskz_mov_epi32(
+      __mmask8(slots), _mm256_load_si256(reinterpret_cast<const __m256i*>(node.children)));
+  const __m256i sorted = _mm256_permutevar8x32_epi32(chosen, places);
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(to),
+                      _mm256_maskz_compress_epi32(_mm256_test_epi32_mask(sorted, sorted), sorted));
+  return uint32_t(__builtin_popcount(slots));
+#else
+  uint32_t count = 0;
+  for (uint32_t s = 0; s < kBvhWidth; ++s, order >>= 3) {
+    to[count] = node.children[order & 7];
+    count += slots >> (order & 7) & 1;
+  }
+  return count;
+#endif
+}
+
+/// A ray in flight. Goal: what the traversal looks for; it keeps a state for each ray.
+template <class Goal>
+struct alignas(64) Flight {
+  ReadyRay ray;
+  uint32_t next;    ///< node
+  uint32_t size;    ///< of the stack
+  uint32_t number;  ///< in the batch
+  DepthLimits limits;
+  [[no_unique_address]] typename Goal::State state;
+  Child stack[kBvhStack + kBvhWidth];  ///< nodes still to be visited; the first is not used
+};
+
+/// Rays that go through the phases together.
+template <class Goal>
+struct FlightGroup {
+  Flight<Goal> flights[kFlights];
+  Child leaves[(kFlights + 1) * kBvhWidth];  ///< that the rays have met; then those with open triangles
+  uint32_t rays[(kFlights + 1) * kBvhWidth];
+  uint32_t in_flight, done, blocked;  ///< one bit per flight
+  uint32_t count;                     ///< of leaves
+};
+
+template <class Goal>
+struct TraversalScratch {
+  ReadyRays ready;
+  FlightGroup<Goal> groups[kFlightGroups];
+  [[no_unique_address]] typename Goal::Notes notes;
+};
+
+/// Triangles of a leaf as bits.
+constexpr uint32_t kLeafBits = (1u << kBvhLeafTriangles) - 1;
+inline constexpr uint32_t triangles_in(Child leaf) {
+  return kLeafBits >> (kBvhLeafTriangles - 1 - leaf % kBvhLeafTriangles);
+}
+
+/// Goal: does a ray meet any triangle?
+class AnyTriangle {
+ public:
+  static constexpr bool kNearestFirst = false;
+  struct State {};
+  struct Notes {};
+
+  AnyTriangle(const SegmentBatch& batch, AnswerBatch& answers) : batch_(batch), answers_(answers) {}
+
+  AnswerBatch& answers() const { return answers_; }
+  HWY_INLINE void begin(Flight<AnyTriangle>&) const {}
+  /// Looks at triangles of a leaf. Returns true if the ray is finished.
+  HWY_INLINE bool look_at(const DecodedTree& tree, const TrianglesField& field, Child child, uint32_t open,
+                          uint32_t met, const float*, const float*, Flight<AnyTriangle>& flight) const {
+    return met != 0 ||
+           (open != 0 && meets_exactly(field, tree.leaves[child / kBvhLeafTriangles], open, flight.number));
+  }
+  HWY_INLINE void end(const Flight<AnyTriangle>& flight, bool blocked) const {
+    if (blocked) answers_.logit[flight.number] = -kCertainLogit;
+  }
+
+ private:
+  /// Does the ray meet one of these triangles, as the reference defines it?
+  HWY_NOINLINE bool meets_exactly(const TrianglesField& field, const DecodedLeaf& leaf, uint32_t open,
+                                  uint32_t ray) const {
+    TriangleRay exact;
+    prepare_for_triangles(field, segment_of(batch_, ray), exact);
+    for (; open != 0; open &= open - 1) {
+      const LeafCorners corners(leaf, lowest_bit(open));
+      TriangleCrossing<double> crossing;
+      if (meets_triangle(exact, corners.vertices, crossing)) return true;
+    }
+    return false;
+  }
+
+  const SegmentBatch& batch_;
+  AnswerBatch& answers_;
+};
+
+/// Goal: the nearest triangle that a ray meets.
+class FirstTriangle {
+ public:
+  static constexpr bool kNearestFirst = true;
+  struct State {
+    float low[kCandidates];        ///< depths, at least
+    uint32_t places[kCandidates];  ///< as in HitCandidates
+    uint32_t count;
+    float bound;  ///< the first hit is at this depth or before
+  };
+  using Notes = HitCandidates;
+
+  FirstTriangle(const TrianglesField& field, const DecodedTree& tree, const SegmentBatch& batch,
+                AnswerBatch& answers, HitBatch& hits, HitCandidates& candidates)
+      : field_(field), tree_(tree), batch_(batch), answers_(answers), hits_(hits), candidates_(candidates) {
+    candidates.count = 0;
+  }
+
+  AnswerBatch& answers() const { return answers_; }
+  HWY_INLINE void begin(Flight<FirstTriangle>& flight) const {
+    flight.state.count = 0;
+    flight.state.bound = kNoHit;
+  }
+  HWY_INLINE bool look_at(const DecodedTree&, const TrianglesField&, Child child, uint32_t open, uint32_t met,
+                          const float* low, const float* high, Flight<FirstTriangle>& flight) const {
+    State& state = flight.state;
+    float bound = state.bound;
+    for (; met != 0; met &= met - 1) bound = min_of(high[lowest_bit(met)], bound);
+    for (; open != 0; open &= open - 1) {
+      const uint32_t i = lowest_bit(open);
+      if (!(low[i] <= bound)) continue;
+      if (HWY_UNLIKELY(state.count == kCandidates)) reduce(flight, bound);
+      state.low[state.count] = low[i];
+      state.places[state.count++] = child / kBvhLeafTriangles * kBvhLeafTriangles + i;
+    }
+    if (bound < state.bound) {
+      state.bound = bound;
+      ReadyRay& ray = flight.ray;
+      // Boxes count t in units in which the direction's longest component is 1 to 2.
+      ray.limits[1] =
+          min_of(next_above(next_above(bound * magnitude(ray.inverse[ray.exit[3]]))), ray.limits[1]);
+      if (flight.limits.sign != 0)
+        ray.limits[2] = max_of(-bound, ray.limits[2]);
+      else
+        ray.limits[3] = min_of(bound, ray.limits[3]);
+    }
+    return false;
+  }
+  HWY_INLINE void end(const Flight<FirstTriangle>& flight, bool) const {
+    const State& state = flight.state;
+    if (HWY_UNLIKELY(candidates_.is_full())) finish();
+    for (uint32_t k = 0; k < state.count; ++k)
+      if (state.low[k] <= state.bound) candidates_.add(flight.number, state.places[k]);
+  }
+  void finish() const { finish_hits(field_, tree_.leaves, batch_, answers_, candidates_, hits_); }
+
+ private:
+  /// Drops candidates behind the bound; if there are none, keeps only the first that the ray meets.
+  HWY_NOINLINE void reduce(Flight<FirstTriangle>& flight, float bound) const {
+    State& state = flight.state;
+    uint32_t kept = 0;
+    for (uint32_t k = 0; k < kCandidates; ++k) {
+      state.low[kept] = state.low[k];
+      state.places[kept] = state.places[k];
+      kept += state.low[k] <= bound;
+    }
+    state.count = kept;
+    if (kept < kCandidates) return;
+    TriangleRay exact;
+    prepare_for_triangles(field_, segment_of(batch_, flight.number), exact);
+    NearestTriangle nearest;
+    uint32_t first = 0;
+    for (uint32_t k = 0; k < kCandidates; ++k) {
+      const DecodedLeaf& leaf = tree_.leaves[state.places[k] / kBvhLeafTriangles];
+      const uint32_t i = state.places[k] % kBvhLeafTriangles;
+      const LeafCorners corners(leaf, i);
+      TriangleCrossing<double> crossing;
+      if (!meets_triangle(exact, corners.vertices, crossing) ||
+          !nearest.is_beaten_by(crossing.t, leaf.triangles[i]))
+        continue;
+      nearest.crossing = crossing;
+      nearest.triangle = leaf.triangles[i];
+      first = k;
+    }
+    state.count = nearest.triangle != kNoTriangle;
+    state.low[0] = state.low[first];
+    state.places[0] = state.places[first];
+  }
+
+  const TrianglesField& field_;
+  const DecodedTree& tree_;
+  const SegmentBatch& batch_;
+  AnswerBatch& answers_;
+  HitBatch& hits_;
+  HitCandidates& candidates_;
+};
+
+template <class Goal>
+class Traversal {
+ public:
+  using Flight = decoded::Flight<Goal>;
+  using FlightGroup = decoded::FlightGroup<Goal>;
+
+  HWY_INLINE Traversal(const BvhTree& tree, const SegmentBatch& batch, const float* enter, const float* leave,
+                       const Goal& goal, ReadyRays& ready)
+      : tree_(tree), batch_(batch), enter_(enter), leave_(leave), goal_(goal), ready_(ready) {
+    ready_.traversed = 0;
+  }
+
+  /// Every ray tests the boxes of its node and moves to the next.
+  HWY_INLINE void test_nodes(FlightGroup& group) const {
+    const DecodedNode* const nodes = tree_.decoded.nodes;
+    uint32_t done = 0, count = 0;
+    for (uint32_t bits = group.in_flight; bits != 0; bits &= bits - 1) {
+      const uint32_t at = lowest_bit(bits);
+      Flight& flight = group.flights[at];
+      const DecodedNode& node = nodes[flight.next];
+      const uint32_t met = meets_boxes(node, flight.ray);
+      const uint32_t order = node.order[Goal::kNearestFirst ? flight.ray.entry[3] : 0];
+      const uint32_t inner = met & (order >> 24), leaves = met & ~inner;
+      const hn::CappedTag<uint32_t, kBvhWidth> d;
+      for (uint32_t i = 0; i < kBvhWidth; i += uint32_t(hn::Lanes(d)))
+        hn::StoreU(hn::Set(d, at), d, group.rays + count + i);
+      count += append(node, leaves, group.leaves + count);
+      uint32_t size = flight.size;
+      size += Goal::kNearestFirst ? append_by(node, order, inner, flight.stack + size)
+                                  : append(node, inner, flight.stack + size);
+      flight.size = --size;
+      flight.next = flight.stack[size];
+      //fetch(nodes + flight.next, sizeof(DecodedNode));
+      done |= uint32_t(size == 0) << at;
+    }
+    group.done = done;
+    group.count = count;
+  }
+
+  /// Tests the leaves that rays have met.
+  HWY_INLINE void test_leaves(FlightGroup& group) const {
+    const DecodedLeaf* const leaves = tree_.decoded.leaves;
+    const uint32_t count = group.count;
+    uint32_t left = 0, blocked = 0;
+    for (uint32_t first = 0; first < count; first += kLeaves) {
+      LeavesAndRays at;
+      for (uint32_t i = 0; i < kLeaves; ++i) {
+        const uint32_t from = first + i < count ? first + i : first;
+        at.set(i, leaves[group.leaves[from] / kBvhLeafTriangles], group.flights[group.rays[from]].ray);
+      }
+      const LeafTest test = nif::kernels::cpu::HWY_NAMESPACE::test_leaves(at);
+      for (uint32_t i = 0; i < kLeaves && first + i < count; ++i) {
+        const Child leaf = group.leaves[first + i];
+        const uint32_t ray = group.rays[first + i], triangles = triangles_in(leaf) << kBvhLeafTriangles * i;
+        const bool met = !Goal::kNearestFirst && (test.met & triangles) != 0;
+        group.leaves[left] = leaf;
+        group.rays[left] = ray;
+        left += (test.open & triangles) != 0 && !met;
+        blocked |= uint32_t(met) << ray;
+      }
+    }
+    group.count = left;
+    group.blocked = blocked;
+  }
+
+  /// Processes the triangles that rays may have met, and replaces finished rays.
+  HWY_INLINE void exchange(FlightGroup& group) {
+    const DecodedLeaf* const leaves = tree_.decoded.leaves;
+    const uint32_t count = group.count;
+    uint32_t blocked = group.blocked;
+    for (uint32_t first = 0; first < count; first += kLeaves) {
+      LeavesAndRays at;
+      const char* limits[kLeaves];
+      for (uint32_t i = 0; i < kLeaves; ++i) {
+        const uint32_t from = first + i < count ? first + i : first;
+        const Flight& flight = group.flights[group.rays[from]];
+        at.set(i, leaves[group.leaves[from] / kBvhLeafTriangles], flight.ray);
+        limits[i] = reinterpret_cast<const char*>(&flight.limits);
+      }
+      const LeafDepths depths = depths_of(at, limits);
+      for (uint32_t i = 0; i < kLeaves && first + i < count; ++i) {
+        const Child leaf = group.leaves[first + i];
+        const uint32_t ray = group.rays[first + i], triangles = triangles_in(leaf),
+                       lane = kBvhLeafTriangles * i;
+        blocked |= uint32_t(goal_.look_at(tree_.decoded, tree_.field, leaf, depths.open >> lane & triangles,
+                                          depths.met >> lane & triangles, depths.low + lane,
+                                          depths.high + lane, group.flights[ray]))
+                   << ray;
+      }
+    }
+    const uint32_t done = group.done | blocked;
+    for (uint32_t ended = group.in_flight & done; ended != 0; ended &= ended - 1)
+      goal_.end(group.flights[lowest_bit(ended)], (blocked >> lowest_bit(ended) & 1) != 0);
+    group.in_flight &= ~done;
+    for (uint32_t free = ~group.in_flight & ((1u << kFlights) - 1); free != 0; free &= free - 1) {
+      if (ready_.traversed == 0 && !make_some_ready()) return;
+      const uint32_t at = lowest_bit(free);
+      start(group.flights[at]);
+      group.in_flight |= 1u << at;
+    }
+  }
+
+ private:
+  /// Returns false if no ray is left.
+  HWY_INLINE bool make_some_ready() {
+    for (; ready_.traversed == 0; taken_ += kLanes) {
+      if (taken_ >= batch_.count) return false;
+      make_ready<DecodedNode>(tree_, batch_, enter_, leave_, taken_, goal_.answers(), ready_);
+    }
+    return true;
+  }
+
+  /// Starts the next ray at the root.
+  HWY_INLINE void start(Flight& flight) {
+    const uint32_t lane = lowest_bit(ready_.traversed);
+    ready_.traversed &= ready_.traversed - 1;
+    ready_.take(lane, flight.ray);
+    const DecodedNode& root = tree_.decoded.nodes[0];
+    const uint32_t order = root.order[Goal::kNearestFirst ? flight.ray.entry[3] : 0];
+    const auto met = uint32_t(ready_.met[lane]);
+    // Usually the root has no leaves, and is skipped.
+    if (HWY_LIKELY((met & ~(order >> 24)) == 0)) {
+      uint32_t size = 1;
+      size += Goal::kNearestFirst ? append_by(root, order, met, flight.stack + size)
+                                  : append(root, met, flight.stack + size);
+      flight.size = --size;
+      flight.next = flight.stack[size];
+    } else {
+      flight.size = 1;
+      flight.next = 0;
+    }
+    flight.number = taken_ - kLanes + lane;
+    flight.limits = depth_limits(flight.ray);
+    goal_.begin(flight);
+  }
+
+  const BvhTree& tree_;
+  const SegmentBatch& batch_;
+  const float *enter_, *leave_;
+  const Goal goal_;
+  ReadyRays& ready_;
+  uint32_t taken_ = 0;  ///< rays of the batch that have been prepared
+};
+
+template <class Goal>
+HWY_INLINE void traverse_for(const Goal& goal, const BvhTree& tree, const SegmentBatch& batch,
+                             const float* enter, const float* leave, TraversalScratch<Goal>& scratch) {
+  Traversal<Goal> traversal(tree, batch, enter, leave, goal, scratch.ready);
+  for (FlightGroup<Goal>& group : scratch.groups) {
+    group.in_flight = group.done = group.blocked = group.count = 0;
+    traversal.exchange(group);
+  }
+  FlightGroup<Goal>*a = scratch.groups, *b = a + 1, *c = a + 2;
+  while ((a->in_flight | b->in_flight | c->in_flight) != 0) {
+    traversal.test_nodes(*a);
+    traversal.test_leaves(*b);
+    traversal.exchange(*c);
+    FlightGroup<Goal>* const last = c;
+    c = b;
+    b = a;
+    a = last;
+  }
+}
+
+}  // namespace decoded
+}  // namespace nif::kernels::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,46 @@
+// The tree and the triangles of a `bvh` object, decoded at load for traversals that stay in the cache: planes of
+// boxes as floats, corners of triangles in columns. A step reads them without any arithmetic to unpack them, for
+// four to five times the bytes.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "kernels/cpu/shared_copies.hpp"
+#include "kernels/reference/triangles/triangles_field.hpp"
+
+namespace nif::kernels::cpu {
+
+/// An object is decoded if that takes at most this many bytes.
+inline constexpr size_t kMostDecoded = size_t{64} << 20;
+
+/// What a slot of a node leads to: a node's index; or a leaf's index times kBvhLeafTriangles, plus the number of
+/// its triangles less one.
+using Child = uint32_t;
+
+/// A node. Its slots are those of the BvhNode in reverse, so that the one to visit first is the last.
+struct alignas(64) DecodedNode {
+  float low[3][kBvhWidth], high[3][kBvhWidth];  ///< by axis; of an empty slot infinity and minus infinity
+  Child children[kBvhWidth];
+  /// By the signs of a ray's direction, bit `axis` if negative: slots from far to near, three bits each from bit
+  /// 0 on; and from bit 24 on the inner slots, in the order of `children`.
+  uint32_t order[8];
+};
+static_assert(sizeof(DecodedNode) == 256);
+
+/// The triangles of a slot. Lanes that are not used repeat the last triangle.
+struct alignas(16) DecodedLeaf {
+  float corners[3][3][kBvhLeafTriangles];  ///< by corner and axis
+  uint32_t triangles[kBvhLeafTriangles];   ///< of the object
+};
+static_assert(sizeof(DecodedLeaf) == 160);
+
+struct DecodedTree {
+  const DecodedNode* nodes = nullptr;  ///< null if the object is not decoded; as many as the field's
+  const DecodedLeaf* leaves = nullptr;
+};
+
+/// Decodes an object if that takes at most `most_bytes`. The copy belongs to `copies`.
+DecodedTree decode(const TrianglesField& field, size_t most_bytes, SharedCopies& copies);
+
+}  // namespace nif::kernels::cpu
