@@ -2,6 +2,7 @@
 // small file may have very many objects.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -12,29 +13,29 @@ namespace nif::kernels::cpu {
 
 class SharedCopies {
  public:
+  using Words = std::pmr::vector<uint32_t>;
+  /// The addresses of all that a copy depends on; the rest is null.
+  using Originals = std::array<const void*, 3>;
+
   explicit SharedCopies(std::pmr::memory_resource* memory = std::pmr::get_default_resource())
       : copies_(memory) {}
 
-  /// The copy of `words` words at `original`; its address does not change. If there is none yet, fill(copy)
-  /// makes it.
+  /// The copy of data at `originals`; its address does not change. If there is none yet, fill(copy) makes it.
   template <class Fill>
-  const uint32_t* get(const void* original, size_t words, const Fill& fill) {
-    const auto [at, is_new] = copies_.try_emplace(original);
-    if (is_new) {
-      at->second.resize(words);
-      fill(at->second.data());
-    }
-    return at->second.data();
+  const Words& get(const Originals& originals, const Fill& fill) {
+    const auto [at, is_new] = copies_.try_emplace(originals);
+    if (is_new) fill(at->second);
+    return at->second;
   }
 
   size_t resident_bytes() const {
     size_t bytes = 0;
-    for (const auto& [original, copy] : copies_) bytes += copy.capacity() * sizeof(copy[0]);
+    for (const auto& [originals, copy] : copies_) bytes += copy.capacity() * sizeof(copy[0]);
     return bytes;
   }
 
  private:
-  std::pmr::map<const void*, std::pmr::vector<uint32_t>> copies_;
+  std::pmr::map<Originals, Words> copies_;
 };
 
 }  // namespace nif::kernels::cpu

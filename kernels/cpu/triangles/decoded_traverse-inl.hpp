@@ -14,6 +14,8 @@
 
 #include <hwy/highway.h>
 
+#include <utility>
+
 #include "kernels/cpu/triangles/boxes-inl.hpp"
 #include "kernels/cpu/triangles/exact_hits-inl.hpp"
 #include "kernels/cpu/triangles/leaves-inl.hpp"
@@ -26,10 +28,6 @@ namespace decoded {
 
 constexpr uint32_t kFlightGroups = 3;
 constexpr uint32_t kFlights = 8;
-
-HWY_INLINE void fetch(const void* at, size_t bytes) {
-  for (size_t line = 0; line < bytes; line += 64) __builtin_prefetch(static_cast<const char*>(at) + line);
-}
 
 using SlotWords = hn::RebindToUnsigned<Slots>;
 
@@ -99,18 +97,17 @@ HWY_INLINE uint32_t append_by(const DecodedNode& node, uint32_t order, uint32_t 
 template <class Goal>
 struct alignas(64) Flight {
   ReadyRay ray;
-  uint32_t next;    ///< node
-  uint32_t size;    ///< of the stack
   uint32_t number;  ///< in the batch
-  DepthLimits limits;
+  DecodedRay leaf_ray;
   [[no_unique_address]] typename Goal::State state;
-  Child stack[kBvhStack + kBvhWidth];  ///< nodes still to be visited; the first is not used
+  Child stack[kBvhStack + kBvhWidth];  ///< nodes still to be visited
 };
 
 /// Rays that go through the phases together.
 template <class Goal>
 struct FlightGroup {
   Flight<Goal> flights[kFlights];
+  alignas(32) int32_t tops[kFlights];        ///< of the flights' stacks: the next node
   Child leaves[(kFlights + 1) * kBvhWidth];  ///< that the rays have met; then those with open triangles
   uint32_t rays[(kFlights + 1) * kBvhWidth];
   uint32_t in_flight, done, blocked;  ///< one bit per flight
@@ -148,7 +145,7 @@ class AnyTriangle {
            (open != 0 && meets_exactly(field, tree.leaves[child / kBvhLeafTriangles], open, flight.number));
   }
   HWY_INLINE void end(const Flight<AnyTriangle>& flight, bool blocked) const {
-    if (blocked) answers_.logit[flight.number] = -kCertainLogit;
+    answers_.logit[flight.number] = blocked ? -kCertainLogit : kCertainLogit;
   }
 
  private:
@@ -210,10 +207,11 @@ class FirstTriangle {
       // Boxes count t in units in which the direction's longest component is 1 to 2.
       ray.limits[1] =
           min_of(next_above(next_above(bound * magnitude(ray.inverse[ray.exit[3]]))), ray.limits[1]);
-      if (flight.limits.sign != 0)
-        ray.limits[2] = max_of(-bound, ray.limits[2]);
+      DecodedRay& leaf_ray = flight.leaf_ray;
+      if (leaf_ray.sign != 0)
+        leaf_ray.first = max_of(-bound, leaf_ray.first);
       else
-        ray.limits[3] = min_of(bound, ray.limits[3]);
+        leaf_ray.last = min_of(bound, leaf_ray.last);
     }
     return false;
   }
@@ -280,29 +278,14 @@ class Traversal {
 
   /// Every ray tests the boxes of its node and moves to the next.
   HWY_INLINE void test_nodes(FlightGroup& group) const {
-    const DecodedNode* const nodes = tree_.decoded.nodes;
-    uint32_t done = 0, count = 0;
-    for (uint32_t bits = group.in_flight; bits != 0; bits &= bits - 1) {
-      const uint32_t at = lowest_bit(bits);
-      Flight& flight = group.flights[at];
-      const DecodedNode& node = nodes[flight.next];
-      const uint32_t met = meets_boxes(node, flight.ray);
-      const uint32_t order = node.order[Goal::kNearestFirst ? flight.ray.entry[3] : 0];
-      const uint32_t inner = met & (order >> 24), leaves = met & ~inner;
-      const hn::CappedTag<uint32_t, kBvhWidth> d;
-      for (uint32_t i = 0; i < kBvhWidth; i += uint32_t(hn::Lanes(d)))
-        hn::StoreU(hn::Set(d, at), d, group.rays + count + i);
-      count += append(node, leaves, group.leaves + count);
-      uint32_t size = flight.size;
-      size += Goal::kNearestFirst ? append_by(node, order, inner, flight.stack + size)
-                                  : append(node, inner, flight.stack + size);
-      flight.size = --size;
-      flight.next = flight.stack[size];
-      //fetch(nodes + flight.next, sizeof(DecodedNode));
-      done |= uint32_t(size == 0) << at;
-    }
-    group.done = done;
+    uint32_t count = 0, done = 0;
+    // Unrolled, so that addresses within the group are constants.
+    const auto test_all = [&]<uint32_t... kAt>(std::integer_sequence<uint32_t, kAt...>) HWY_ATTR {
+      (test_node<kAt>(group, count, done), ...);
+    };
+    test_all(std::make_integer_sequence<uint32_t, kFlights>());
     group.count = count;
+    group.done = done;
   }
 
   /// Tests the leaves that rays have met.
@@ -310,22 +293,15 @@ class Traversal {
     const DecodedLeaf* const leaves = tree_.decoded.leaves;
     const uint32_t count = group.count;
     uint32_t left = 0, blocked = 0;
-    for (uint32_t first = 0; first < count; first += kLeaves) {
-      LeavesAndRays at;
-      for (uint32_t i = 0; i < kLeaves; ++i) {
-        const uint32_t from = first + i < count ? first + i : first;
-        at.set(i, leaves[group.leaves[from] / kBvhLeafTriangles], group.flights[group.rays[from]].ray);
-      }
-      const LeafTest test = nif::kernels::cpu::HWY_NAMESPACE::test_leaves(at);
-      for (uint32_t i = 0; i < kLeaves && first + i < count; ++i) {
-        const Child leaf = group.leaves[first + i];
-        const uint32_t ray = group.rays[first + i], triangles = triangles_in(leaf) << kBvhLeafTriangles * i;
-        const bool met = !Goal::kNearestFirst && (test.met & triangles) != 0;
-        group.leaves[left] = leaf;
-        group.rays[left] = ray;
-        left += (test.open & triangles) != 0 && !met;
-        blocked |= uint32_t(met) << ray;
-      }
+    for (uint32_t i = 0; i < count; ++i) {
+      const Child leaf = group.leaves[i];
+      const uint32_t at = group.rays[i], triangles = triangles_in(leaf);
+      const LeafTest test = test_leaf(leaves[leaf / kBvhLeafTriangles], group.flights[at].leaf_ray);
+      const bool met = !Goal::kNearestFirst && (test.met & triangles) != 0;
+      group.leaves[left] = leaf;
+      group.rays[left] = at;
+      left += uint32_t((test.open & triangles) != 0) & uint32_t(!met);
+      blocked |= uint32_t(met) << at;
     }
     group.count = left;
     group.blocked = blocked;
@@ -334,41 +310,51 @@ class Traversal {
   /// Processes the triangles that rays may have met, and replaces finished rays.
   HWY_INLINE void exchange(FlightGroup& group) {
     const DecodedLeaf* const leaves = tree_.decoded.leaves;
-    const uint32_t count = group.count;
     uint32_t blocked = group.blocked;
-    for (uint32_t first = 0; first < count; first += kLeaves) {
-      LeavesAndRays at;
-      const char* limits[kLeaves];
-      for (uint32_t i = 0; i < kLeaves; ++i) {
-        const uint32_t from = first + i < count ? first + i : first;
-        const Flight& flight = group.flights[group.rays[from]];
-        at.set(i, leaves[group.leaves[from] / kBvhLeafTriangles], flight.ray);
-        limits[i] = reinterpret_cast<const char*>(&flight.limits);
-      }
-      const LeafDepths depths = depths_of(at, limits);
-      for (uint32_t i = 0; i < kLeaves && first + i < count; ++i) {
-        const Child leaf = group.leaves[first + i];
-        const uint32_t ray = group.rays[first + i], triangles = triangles_in(leaf),
-                       lane = kBvhLeafTriangles * i;
-        blocked |= uint32_t(goal_.look_at(tree_.decoded, tree_.field, leaf, depths.open >> lane & triangles,
-                                          depths.met >> lane & triangles, depths.low + lane,
-                                          depths.high + lane, group.flights[ray]))
-                   << ray;
-      }
+    for (uint32_t i = 0; i < group.count; ++i) {
+      const Child leaf = group.leaves[i];
+      const uint32_t at = group.rays[i], triangles = triangles_in(leaf);
+      Flight& flight = group.flights[at];
+      const LeafDepths depths = depths_of(leaves[leaf / kBvhLeafTriangles], flight.leaf_ray);
+      const bool met = goal_.look_at(tree_.decoded, tree_.field, leaf, depths.open & triangles,
+                                     depths.met & triangles, depths.low, depths.high, flight);
+      blocked |= uint32_t(met) << at;
     }
     const uint32_t done = group.done | blocked;
     for (uint32_t ended = group.in_flight & done; ended != 0; ended &= ended - 1)
       goal_.end(group.flights[lowest_bit(ended)], (blocked >> lowest_bit(ended) & 1) != 0);
     group.in_flight &= ~done;
     for (uint32_t free = ~group.in_flight & ((1u << kFlights) - 1); free != 0; free &= free - 1) {
-      if (ready_.traversed == 0 && !make_some_ready()) return;
       const uint32_t at = lowest_bit(free);
-      start(group.flights[at]);
+      if (ready_.traversed == 0 && !make_some_ready()) {
+        idle(group, free);
+        return;
+      }
+      start(group.flights[at], group.tops[at]);
       group.in_flight |= 1u << at;
     }
   }
 
  private:
+  template <uint32_t kAt>
+  HWY_INLINE void test_node(FlightGroup& group, uint32_t& count, uint32_t& done) const {
+    Flight& flight = group.flights[kAt];
+    const int32_t top = group.tops[kAt];
+    const DecodedNode& node = tree_.decoded.nodes[flight.stack[top]];
+    const uint32_t met = meets_boxes(node, flight.ray);
+    const uint32_t order = node.order[Goal::kNearestFirst ? flight.ray.entry[3] : 0];
+    const uint32_t inner = met & (order >> 24), leaves = met & ~inner;
+    const SlotWords d;
+    for (uint32_t i = 0; i < kBvhWidth; i += uint32_t(hn::Lanes(d)))
+      hn::StoreU(hn::Set(d, kAt), d, group.rays + count + i);
+    count += append(node, leaves, group.leaves + count);
+    Child* const to = flight.stack + top;  // instead of the node
+    const int32_t next =
+        top - 1 + int32_t(Goal::kNearestFirst ? append_by(node, order, inner, to) : append(node, inner, to));
+    group.tops[kAt] = next;
+    done |= uint32_t(next) >> 31 << kAt;
+  }
+
   /// Returns false if no ray is left.
   HWY_INLINE bool make_some_ready() {
     for (; ready_.traversed == 0; taken_ += kLanes) {
@@ -378,8 +364,21 @@ class Traversal {
     return true;
   }
 
+  /// These flights, as bits, meet nothing from now on.
+  HWY_NOINLINE static void idle(FlightGroup& group, uint32_t flights) {
+    for (; flights != 0; flights &= flights - 1) {
+      const uint32_t at = lowest_bit(flights);
+      Flight& flight = group.flights[at];
+      flight.ray = {};
+      flight.ray.limits[0] = kNoHit;
+      flight.ray.limits[1] = -kNoHit;
+      flight.stack[0] = 0;
+      group.tops[at] = 0;
+    }
+  }
+
   /// Starts the next ray at the root.
-  HWY_INLINE void start(Flight& flight) {
+  HWY_INLINE void start(Flight& flight, int32_t& top) {
     const uint32_t lane = lowest_bit(ready_.traversed);
     ready_.traversed &= ready_.traversed - 1;
     ready_.take(lane, flight.ray);
@@ -388,17 +387,15 @@ class Traversal {
     const auto met = uint32_t(ready_.met[lane]);
     // Usually the root has no leaves, and is skipped.
     if (HWY_LIKELY((met & ~(order >> 24)) == 0)) {
-      uint32_t size = 1;
-      size += Goal::kNearestFirst ? append_by(root, order, met, flight.stack + size)
-                                  : append(root, met, flight.stack + size);
-      flight.size = --size;
-      flight.next = flight.stack[size];
+      top = int32_t(Goal::kNearestFirst ? append_by(root, order, met, flight.stack)
+                                        : append(root, met, flight.stack)) -
+            1;
     } else {
-      flight.size = 1;
-      flight.next = 0;
+      flight.stack[0] = 0;
+      top = 0;
     }
     flight.number = taken_ - kLanes + lane;
-    flight.limits = depth_limits(flight.ray);
+    make_decoded_ray(flight.ray, flight.leaf_ray);
     goal_.begin(flight);
   }
 

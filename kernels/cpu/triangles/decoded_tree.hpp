@@ -1,10 +1,13 @@
 // The tree and the triangles of a `bvh` object, decoded at load for traversals that stay in the cache: planes of
 // boxes as floats, corners of triangles in columns. A step reads them without any arithmetic to unpack them, for
-// four to five times the bytes.
+// some five times the bytes.
+//
+// Nodes are also filled up. A leaf of four triangles costs as much as a leaf of one, so leaves of a node are joined
+// where rays meet their common box less often than both of theirs; and a node takes the place of its parent's slot
+// where there is room for its children.
 #pragma once
 
 #include <cstdint>
-#include <vector>
 
 #include "kernels/cpu/shared_copies.hpp"
 #include "kernels/reference/triangles/triangles_field.hpp"
@@ -12,13 +15,13 @@
 namespace nif::kernels::cpu {
 
 /// An object is decoded if that takes at most this many bytes.
-inline constexpr size_t kMostDecoded = size_t{64} << 20;
+inline constexpr size_t kMostDecoded = size_t{1024} << 20;
 
-/// What a slot of a node leads to: a node's index; or a leaf's index times kBvhLeafTriangles, plus the number of
-/// its triangles less one.
+/// What a slot of a node leads to: the number of a node; or that of a leaf times kBvhLeafTriangles, plus the number
+/// of its triangles less one.
 using Child = uint32_t;
 
-/// A node. Its slots are those of the BvhNode in reverse, so that the one to visit first is the last.
+/// A node. The slots in use come first, and of these the one to visit first is the last.
 struct alignas(64) DecodedNode {
   float low[3][kBvhWidth], high[3][kBvhWidth];  ///< by axis; of an empty slot infinity and minus infinity
   Child children[kBvhWidth];
@@ -36,11 +39,12 @@ struct alignas(16) DecodedLeaf {
 static_assert(sizeof(DecodedLeaf) == 160);
 
 struct DecodedTree {
-  const DecodedNode* nodes = nullptr;  ///< null if the object is not decoded; as many as the field's
+  const DecodedNode* nodes = nullptr;  ///< the first is the root; null if the object is not decoded
   const DecodedLeaf* leaves = nullptr;
 };
 
 /// Decodes an object if that takes at most `most_bytes`. The copy belongs to `copies`.
-DecodedTree decode(const TrianglesField& field, size_t most_bytes, SharedCopies& copies);
+DecodedTree decode(const TrianglesField& field, size_t most_bytes, SharedCopies& copies,
+                   std::pmr::memory_resource* memory);
 
 }  // namespace nif::kernels::cpu

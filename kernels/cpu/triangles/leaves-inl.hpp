@@ -14,136 +14,137 @@
 #include <hwy/highway.h>
 
 #include "kernels/cpu/triangles/decoded_tree.hpp"
-#include "kernels/cpu/triangles/rays-inl.hpp"
+#include "kernels/cpu/triangles/triangles-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace nif::kernels::cpu::HWY_NAMESPACE {
 
-/// Leaves in a vector: one in each block of 16 bytes.
-constexpr uint32_t kLeaves = kLanes / kBvhLeafTriangles;
+/// By the longest axis of the direction: the axes in the order of ReadyRay::origin.
+constexpr uint8_t kAxisOrder[3][3] = {{1, 2, 0}, {2, 0, 1}, {0, 1, 2}};
 
-/// Four floats from each of several 16-byte aligned addresses, `offset` bytes on.
-HWY_INLINE hn::Vec<Floats> load_rows(const char* const (&from)[kLeaves], size_t offset) {
-  const auto row = [&](uint32_t i) HWY_ATTR { return reinterpret_cast<const float*>(from[i] + offset); };
-#if HWY_TARGET == HWY_AVX3
-  __m512 rows = _mm512_castps128_ps512(_mm_load_ps(row(0)));
-  rows = _mm512_insertf32x4(rows, _mm_load_ps(row(1)), 1);
-  rows = _mm512_insertf32x4(rows, _mm_load_ps(row(2)), 2);
-  return hn::Vec<Floats>{_mm512_insertf32x4(rows, _mm_load_ps(row(3)), 3)};
-#elif HWY_TARGET == HWY_AVX2
-  return hn::Vec<Floats>{
-      _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_load_ps(row(0))), _mm_load_ps(row(1)), 1)};
-#else
-  return hn::Load(Floats(), row(0));
-#endif
-}
-
-/// Leaves and the rays that meet them.
-struct LeavesAndRays {
-  const char* leaves[kLeaves];
-  const char* rays[kLeaves];  ///< ReadyRay
-
-  HWY_INLINE void set(uint32_t i, const DecodedLeaf& leaf, const ReadyRay& ray) {
-    leaves[i] = reinterpret_cast<const char*>(&leaf);
-    rays[i] = reinterpret_cast<const char*>(&ray);
-  }
+/// A ray as leaves see it, prepared once: pairs of rows, of the first and the second axis.
+struct alignas(32) DecodedRay {
+  float origin[8], shear[8];     ///< four times the first, four times the second
+  float origin_z, padding;       ///< of the third; as ReadyRay's
+  float error[2];                ///< the two factors of sides' error bounds
+  uint32_t rows[3];              ///< bytes from a corner of a DecodedLeaf to the rows of the axes
+  uint32_t sign;                 ///< of the direction's longest component, in the upper bit
+  float begin, end;              ///< third coordinates surely inside the ray's range
+  float first, last;             ///< beyond these, third coordinates are surely outside
+  float depth_begin, depth_end;  ///< as `begin` and `end`, but in the direction of the ray
 };
+
+HWY_INLINE void make_decoded_ray(const ReadyRay& ray, DecodedRay& to) {
+  const Four d;
+  const uint32_t axis = ray.exit[3];
+  const float slack = 4 * ray.origin[3];
+  for (uint32_t i = 0; i < 2; ++i) {
+    hn::Store(hn::Set(d, ray.origin[i]), d, to.origin + 4 * i);
+    hn::Store(hn::Set(d, ray.shear[i]), d, to.shear + 4 * i);
+    to.error[i] = ray.shear[2 + i];
+  }
+  to.origin_z = ray.origin[2];
+  to.padding = ray.origin[3];
+  constexpr uint32_t kRow = sizeof(DecodedLeaf::corners[0][0]);
+  for (uint32_t i = 0; i < 3; ++i) to.rows[i] = kAxisOrder[axis][i] * kRow;
+  to.begin = ray.limits[2];
+  to.end = ray.limits[3];
+  to.first = to.begin - slack;
+  to.last = to.end + slack;
+  const bool backward = ray.inverse[axis] < 0;
+  to.sign = backward ? 0x80000000u : 0;
+  to.depth_begin = backward ? -to.end : to.begin;
+  to.depth_end = backward ? -to.begin : to.end;
+}
 
 /// The corners of triangles, sheared: seen along the ray, which is the origin. And on which sides of the edges the
 /// ray passes.
-struct SeenLeaves {
-  hn::Vec<Floats> z[3];     ///< by corner
-  hn::Vec<Floats> side[3];  ///< by the corner across the edge
-  hn::Vec<Floats> error;    ///< of sides, at most
-  hn::Vec<Floats> padding;
-  hn::Mask<Floats> missed, inside;  ///< surely
+struct SeenLeaf {
+  hn::Vec<Four> z[3];             ///< by corner
+  hn::Vec<Four> side[3];          ///< by the corner across the edge
+  hn::Vec<Four> error;            ///< of sides, at most
+  hn::Mask<Four> missed, inside;  ///< surely
 };
 
-HWY_INLINE SeenLeaves see(const LeavesAndRays& at) {
-  const Floats d;
-  const char* rows[3][kLeaves];
-  for (uint32_t i = 0; i < kLeaves; ++i) {
-    const auto& ray = *reinterpret_cast<const ReadyRay*>(at.rays[i]);
-    const float order[3] = {ray.inverse[3], ray.near[3], ray.far[3]};
-    for (uint32_t a = 0; a < 3; ++a) rows[a][i] = at.leaves[i] + bits_as<uint32_t>(order[a]);
-  }
-  const auto origins = load_rows(at.rays, offsetof(ReadyRay, origin));
-  const auto shears = load_rows(at.rays, offsetof(ReadyRay, shear));
-  const auto origin_x = hn::Broadcast<0>(origins), origin_y = hn::Broadcast<1>(origins);
-  const auto origin_z = hn::Broadcast<2>(origins);
-  const auto shear_x = hn::Broadcast<0>(shears), shear_y = hn::Broadcast<1>(shears);
-  SeenLeaves seen;
-  hn::Vec<Floats> x[3], y[3];
+HWY_INLINE SeenLeaf see(const DecodedLeaf& leaf, const DecodedRay& ray) {
+  const Four d;
+  const auto row = [&](uint32_t k, uint32_t i) HWY_ATTR {
+    return reinterpret_cast<const float*>(reinterpret_cast<const char*>(leaf.corners[k]) + ray.rows[i]);
+  };
+  SeenLeaf seen;
+  hn::Vec<Four> x[3], y[3], size;
+#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX2
+  const __m256 origin = _mm256_load_ps(ray.origin), shear = _mm256_load_ps(ray.shear);
+  const __m256 origin_z = _mm256_broadcast_ss(&ray.origin_z);
+  const __m256 magnitude = _mm256_castsi256_ps(_mm256_set1_epi32(0x7fffffff));
+  __m256 sizes = _mm256_setzero_ps();
   for (uint32_t k = 0; k < 3; ++k) {
-    const size_t corner = k * sizeof(DecodedLeaf::corners[0]);
-    const auto z = hn::Sub(load_rows(rows[2], corner), origin_z);
-    x[k] = hn::NegMulAdd(z, shear_x, hn::Sub(load_rows(rows[0], corner), origin_x));
-    y[k] = hn::NegMulAdd(z, shear_y, hn::Sub(load_rows(rows[1], corner), origin_y));
-    seen.z[k] = z;
+    const __m256 z = _mm256_sub_ps(_mm256_broadcast_ps(reinterpret_cast<const __m128*>(row(k, 2))), origin_z);
+    const __m256 xy =
+        _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_load_ps(row(k, 0))), _mm_load_ps(row(k, 1)), 1);
+    const __m256 sheared = _mm256_fnmadd_ps(z, shear, _mm256_sub_ps(xy, origin));
+    sizes = _mm256_add_ps(sizes, _mm256_and_ps(sheared, magnitude));
+    x[k] = hn::Vec<Four>{_mm256_castps256_ps128(sheared)};
+    y[k] = hn::Vec<Four>{_mm256_extractf128_ps(sheared, 1)};
+    seen.z[k] = hn::Vec<Four>{_mm256_castps256_ps128(z)};
   }
+  size = hn::Vec<Four>{_mm_add_ps(_mm256_castps256_ps128(sizes), _mm256_extractf128_ps(sizes, 1))};
+#else
+  size = hn::Zero(d);
+  for (uint32_t k = 0; k < 3; ++k) {
+    seen.z[k] = hn::Sub(hn::Load(d, row(k, 2)), hn::Set(d, ray.origin_z));
+    x[k] = hn::NegMulAdd(seen.z[k], hn::Load(d, ray.shear),
+                         hn::Sub(hn::Load(d, row(k, 0)), hn::Load(d, ray.origin)));
+    y[k] = hn::NegMulAdd(seen.z[k], hn::Load(d, ray.shear + 4),
+                         hn::Sub(hn::Load(d, row(k, 1)), hn::Load(d, ray.origin + 4)));
+    size = hn::Add(size, hn::Add(hn::Abs(x[k]), hn::Abs(y[k])));
+  }
+#endif
   const auto u = hn::NegMulAdd(y[2], x[1], hn::Mul(x[2], y[1]));
   const auto v = hn::NegMulAdd(y[0], x[2], hn::Mul(x[0], y[2]));
   const auto w = hn::NegMulAdd(y[1], x[0], hn::Mul(x[1], y[0]));
-  const auto size_of = [&](uint32_t k) HWY_ATTR { return hn::Add(hn::Abs(x[k]), hn::Abs(y[k])); };
-  const auto size = hn::Add(hn::Add(size_of(0), size_of(1)), size_of(2));
-  const auto error = hn::MulAdd(size, hn::Broadcast<2>(shears), hn::Broadcast<3>(shears));
+  const auto error = hn::MulAdd(size, hn::Set(d, ray.error[0]), hn::Set(d, ray.error[1]));
   const auto least = hn::Min(hn::Min(u, v), w), most = hn::Max(hn::Max(u, v), w);
   const auto other = hn::Neg(error);
   seen.side[0] = u;
   seen.side[1] = v;
   seen.side[2] = w;
   seen.error = error;
-  seen.padding = hn::Broadcast<3>(origins);
   seen.missed = hn::And(hn::Lt(least, other), hn::Gt(most, error));
   seen.inside = hn::Or(hn::Gt(least, error), hn::Lt(most, other));
   return seen;
 }
 
-/// Triangles as bits, those of a leaf in four.
+/// Triangles of a leaf as bits.
 struct LeafTest {
   uint32_t open;  ///< the ray may meet them
   uint32_t met;   ///< it surely does
 };
 
-HWY_INLINE LeafTest test_leaves(const LeavesAndRays& at) {
-  const SeenLeaves seen = see(at);
-  const auto limits = load_rows(at.rays, offsetof(ReadyRay, limits));
-  const auto begin = hn::Broadcast<2>(limits), end = hn::Broadcast<3>(limits);
+HWY_INLINE LeafTest test_leaf(const DecodedLeaf& leaf, const DecodedRay& ray) {
+  const Four d;
+  const SeenLeaf seen = see(leaf, ray);
   const auto least = hn::Min(hn::Min(seen.z[0], seen.z[1]), seen.z[2]);
   const auto most = hn::Max(hn::Max(seen.z[0], seen.z[1]), seen.z[2]);
-  const auto slack = hn::Mul(seen.padding, hn::Set(Floats(), 4.0f));
-  const auto outside = hn::Or(hn::Lt(hn::Add(most, slack), begin), hn::Gt(hn::Sub(least, slack), end));
-  const auto within = hn::And(hn::Le(begin, least), hn::Le(most, end));
-  return {bits_of(hn::Or(seen.missed, outside)) ^ kAllLanes, bits_of(hn::And(seen.inside, within))};
+  const auto outside = hn::Or(hn::Lt(most, hn::Set(d, ray.first)), hn::Gt(least, hn::Set(d, ray.last)));
+  const auto within = hn::And(hn::Ge(least, hn::Set(d, ray.begin)), hn::Le(most, hn::Set(d, ray.end)));
+  return {bits_of_four(hn::Or(seen.missed, outside)) ^ 15, bits_of_four(hn::And(seen.inside, within))};
 }
 
-/// Depths along a ray, in its direction, between which triangles count. In a row of its own.
-struct alignas(16) DepthLimits {
-  float begin, end;  ///< surely inside the ray's range
-  uint32_t sign;     ///< of the direction's longest component, in the upper bit
-  uint32_t unused;
-};
-HWY_INLINE DepthLimits depth_limits(const ReadyRay& ray) {
-  if (ray.inverse[ray.exit[3]] < 0) return {-ray.limits[3], -ray.limits[2], 0x80000000u, 0};
-  return {ray.limits[2], ray.limits[3], 0, 0};
-}
-
-/// The depths at which rays pass triangles.
+/// The depths at which a ray passes triangles, in its direction.
 struct LeafDepths {
-  alignas(64) float low[kLanes];  ///< at least
-  float high[kLanes];             ///< at most
-  uint32_t open, met;             ///< as LeafTest's
+  alignas(16) float low[4];  ///< at least
+  float high[4];             ///< at most
+  uint32_t open, met;        ///< as LeafTest's
 };
 
-/// `limits`: a DepthLimits for each leaf.
-HWY_INLINE LeafDepths depths_of(const LeavesAndRays& at, const char* const (&limits)[kLeaves]) {
-  const Floats d;
-  const SeenLeaves seen = see(at);
-  const auto row = load_rows(limits, 0);
-  const auto begin = hn::Broadcast<0>(row), end = hn::Broadcast<1>(row), sign = hn::Broadcast<2>(row);
+HWY_INLINE LeafDepths depths_of(const DecodedLeaf& leaf, const DecodedRay& ray) {
+  const Four d;
+  const SeenLeaf seen = see(leaf, ray);
+  const auto sign = hn::BitCast(d, hn::Set(hn::RebindToUnsigned<Four>(), ray.sign));
   const auto z0 = hn::Xor(seen.z[0], sign), z1 = hn::Xor(seen.z[1], sign), z2 = hn::Xor(seen.z[2], sign);
   const auto least = hn::Min(hn::Min(z0, z1), z2), most = hn::Max(hn::Max(z0, z1), z2);
-  const auto padding = seen.padding, slack = hn::Mul(padding, hn::Set(d, 4.0f));
+  const auto padding = hn::Set(d, ray.padding), slack = hn::Mul(padding, hn::Set(d, 4.0f));
   const auto sum = hn::Add(hn::Add(seen.side[0], seen.side[1]), seen.side[2]);
   const auto inverse = hn::Div(hn::Set(d, 1.0f), sum);
   const auto wide = hn::And(seen.inside, hn::Gt(hn::Abs(sum), hn::Mul(hn::Set(d, 16.0f), seen.error)));
@@ -158,10 +159,11 @@ HWY_INLINE LeafDepths depths_of(const LeavesAndRays& at, const char* const (&lim
   LeafDepths depths;
   hn::Store(low, d, depths.low);
   hn::Store(high, d, depths.high);
+  const auto begin = hn::Set(d, ray.depth_begin), end = hn::Set(d, ray.depth_end);
   const auto outside = hn::Or(hn::Lt(hn::Add(high, slack), begin), hn::Gt(hn::Sub(low, slack), end));
   const auto within = hn::And(hn::Le(begin, low), hn::Le(high, end));
-  depths.open = bits_of(hn::Or(seen.missed, outside)) ^ kAllLanes;
-  depths.met = bits_of(hn::And(seen.inside, within));
+  depths.open = bits_of_four(hn::Or(seen.missed, outside)) ^ 15;
+  depths.met = bits_of_four(hn::And(seen.inside, within));
   return depths;
 }
 

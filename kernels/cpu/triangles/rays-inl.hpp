@@ -38,11 +38,9 @@ constexpr float kMaxSingleReach = 0x1p56f;
 
 /// What the tests read of one ray, in groups of four.
 struct ReadyRay {
-  // The last of these three are 0; or, if the object is decoded, the bytes from a DecodedLeaf's corner to the rows
-  // of the axes in the order of `origin`, as integers.
-  float inverse[4];   ///< of the direction, by axis
+  float inverse[4];   ///< of the direction, by axis; the last is 0
   float near[4];      ///< a plane p is entered at t = p inverse + near, and left at
-  float far[4];       ///< p inverse + far
+  float far[4];       ///< p inverse + far; the last are 0
   float origin[4];    ///< the longest axis of the direction comes third, the others keep their cyclic order;
                       ///< the last is the padding
   float shear[4];     ///< slopes of the first two axes against the third; two factors of sides' error bounds
@@ -98,12 +96,6 @@ HWY_INLINE bool any_far(const TrianglesField& field, const SegmentBatch& batch) 
     far |= bits_of(hn::Gt(far_off, moved_from)) & present;
   }
   return far != 0;
-}
-
-/// Where a kind of node keeps a slot of a BvhNode.
-template <class Node>
-constexpr uint32_t slot_in(uint32_t slot) {
-  return std::is_same_v<Node, DecodedNode> ? kBvhWidth - 1 - slot : slot;
 }
 
 /// Prepares the batch's rays from `first` on, and answers them as if they met nothing. Boxes count from
@@ -200,7 +192,7 @@ HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const
       last_out = hn::Min(hn::MulAdd(out, inverse[a], far[a]), last_out);
     }
     const auto meets = hn::RebindMask(di, hn::Le(first_in, last_out));
-    met = hn::Or(met, hn::IfThenElseZero(meets, hn::Set(di, int32_t(1u << slot_in<Node>(s)))));
+    met = hn::Or(met, hn::IfThenElseZero(meets, hn::Set(di, int32_t(1u << s))));
   }
   hn::Store(met, di, ready.met);
   const auto some = hn::RebindMask(d, hn::Ne(met, hn::Zero(di)));
@@ -229,20 +221,9 @@ HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const
   const auto store =
       [&](uint32_t group, hn::Vec<Floats> x, hn::Vec<Floats> y, hn::Vec<Floats> z, hn::Vec<Floats> w)
           HWY_ATTR { hn::StoreInterleaved4(x, y, z, w, d, ready.groups[group][0]); };
-  // Where the rows of leaves are, for triangles.
-  hn::Vec<Floats> row[3] = {zero, zero, zero};
-  if constexpr (std::is_same_v<Node, DecodedNode>) {
-    for (uint32_t a = 0; a < 3; ++a) {
-      const auto at = [&](uint32_t longest) HWY_ATTR {
-        return hn::Set(di, int32_t((longest + 1 + a) % 3 * sizeof(DecodedLeaf::corners[0][0])));
-      };
-      row[a] = floats(hn::IfThenElse(hn::RebindMask(di, third), at(2),
-                                     hn::IfThenElse(hn::RebindMask(di, second), at(1), at(0))));
-    }
-  }
-  store(0, inverse[0], inverse[1], inverse[2], row[0]);
-  store(1, near[0], near[1], near[2], row[1]);
-  store(2, far[0], far[1], far[2], row[2]);
+  store(0, inverse[0], inverse[1], inverse[2], zero);
+  store(1, near[0], near[1], near[2], zero);
+  store(2, far[0], far[1], far[2], zero);
   store(3, choose(origin, 1), choose(origin, 2), choose(origin, 0), padding);
   store(4, shear_x, shear_y, error, least_error);
   store(5, enter, leave, begin, end);

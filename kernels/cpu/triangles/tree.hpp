@@ -18,17 +18,31 @@ struct BvhTree {
   float low[kBvhWidth][3], high[kBvhWidth][3];  ///< of the slots in use, which come first
 };
 
+/// Decodes the field if `options` allow it.
 inline BvhTree tree_of(const TrianglesField& field, const KernelOptions& options) {
-  BvhTree tree{field, decode(field, options.most_decoded, options.copies), field.extent, 0, 0, {}, {}};
+  BvhTree tree{
+      field, decode(field, options.most_decoded, options.copies, options.memory), field.extent, 0, 0, {}, {}};
   for (uint32_t i = 0; i < field.node_count; ++i) tree.reach = max_of(bvh_extent(field.nodes[i]), tree.reach);
-  const BvhNode& root = field.nodes[0];
-  for (uint32_t s = 0; s < kBvhWidth && root.slots[s] != 0; ++s) {
-    (slot_kind(root.slots[s]) == kInnerSlot ? tree.inner : tree.leaves) |= 1u << s;
+  const auto take = [&](uint32_t slot, bool inner, const auto& low, const auto& high) {
+    (inner ? tree.inner : tree.leaves) |= 1u << slot;
     for (uint32_t a = 0; a < 3; ++a) {
-      tree.low[s][a] = frame_plane(root.frame[a], root.low[a][s]);
-      tree.high[s][a] = frame_plane(root.frame[a], root.high[a][s]);
+      tree.low[slot][a] = low(a);
+      tree.high[slot][a] = high(a);
     }
+  };
+  if (const DecodedNode* const root = tree.decoded.nodes) {
+    for (uint32_t s = 0; s < kBvhWidth && root->low[0][s] <= root->high[0][s]; ++s)
+      take(
+          s, (root->order[0] >> (24 + s) & 1) != 0, [&](uint32_t a) { return root->low[a][s]; },
+          [&](uint32_t a) { return root->high[a][s]; });
+    return tree;
   }
+  const BvhNode& root = field.nodes[0];
+  for (uint32_t s = 0; s < kBvhWidth && root.slots[s] != 0; ++s)
+    take(
+        s, slot_kind(root.slots[s]) == kInnerSlot,
+        [&](uint32_t a) { return frame_plane(root.frame[a], root.low[a][s]); },
+        [&](uint32_t a) { return frame_plane(root.frame[a], root.high[a][s]); });
   return tree;
 }
 
