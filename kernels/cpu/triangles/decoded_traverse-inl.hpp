@@ -118,7 +118,6 @@ template <class Goal>
 struct TraversalScratch {
   ReadyRays ready;
   FlightGroup<Goal> groups[kFlightGroups];
-  [[no_unique_address]] typename Goal::Notes notes;
 };
 
 /// Triangles of a leaf as bits.
@@ -132,17 +131,18 @@ class AnyTriangle {
  public:
   static constexpr bool kNearestFirst = false;
   struct State {};
-  struct Notes {};
 
-  AnyTriangle(const SegmentBatch& batch, AnswerBatch& answers) : batch_(batch), answers_(answers) {}
+  AnyTriangle(const BvhTree& tree, const SegmentBatch& batch, AnswerBatch& answers)
+      : tree_(tree), batch_(batch), answers_(answers) {}
 
   AnswerBatch& answers() const { return answers_; }
   HWY_INLINE void begin(Flight<AnyTriangle>&) const {}
-  /// Looks at triangles of a leaf. Returns true if the ray is finished.
-  HWY_INLINE bool look_at(const DecodedTree& tree, const TrianglesField& field, Child child, uint32_t open,
-                          uint32_t met, const float*, const float*, Flight<AnyTriangle>& flight) const {
-    return met != 0 ||
-           (open != 0 && meets_exactly(field, tree.leaves[child / kBvhLeafTriangles], open, flight.number));
+  /// Looks at some triangles of a leaf. Returns true if the ray is finished.
+  HWY_INLINE bool look_at(Child leaf, const LeafDepths& depths, uint32_t lanes,
+                          Flight<AnyTriangle>& flight) const {
+    if ((depths.met & lanes) != 0) return true;
+    lanes &= depths.open;
+    return lanes != 0 && meets_exactly(tree_.decoded.leaves[leaf / kBvhLeafTriangles], lanes, flight.number);
   }
   HWY_INLINE void end(const Flight<AnyTriangle>& flight, bool blocked) const {
     answers_.logit[flight.number] = blocked ? -kCertainLogit : kCertainLogit;
@@ -150,18 +150,19 @@ class AnyTriangle {
 
  private:
   /// Does the ray meet one of these triangles, as the reference defines it?
-  HWY_NOINLINE bool meets_exactly(const TrianglesField& field, const DecodedLeaf& leaf, uint32_t open,
-                                  uint32_t ray) const {
+  HWY_NOINLINE bool meets_exactly(const DecodedLeaf& leaf, uint32_t lanes, uint32_t ray) const {
     TriangleRay exact;
-    prepare_for_triangles(field, segment_of(batch_, ray), exact);
-    for (; open != 0; open &= open - 1) {
-      const LeafCorners corners(leaf, lowest_bit(open));
+    prepare_for_triangles(tree_.field, segment_of(batch_, ray), exact);
+    for (; lanes != 0; lanes &= lanes - 1) {
+      const TriangleCorners triangle = corners_of(leaf, lowest_bit(lanes));
+      const float* const vertices[3] = {triangle.corners[0], triangle.corners[1], triangle.corners[2]};
       TriangleCrossing<double> crossing;
-      if (meets_triangle(exact, corners.vertices, crossing)) return true;
+      if (meets_triangle(exact, vertices, crossing)) return true;
     }
     return false;
   }
 
+  const BvhTree& tree_;
   const SegmentBatch& batch_;
   AnswerBatch& answers_;
 };
@@ -170,94 +171,52 @@ class AnyTriangle {
 class FirstTriangle {
  public:
   static constexpr bool kNearestFirst = true;
-  struct State {
-    float low[kCandidates];        ///< depths, at least
-    uint32_t places[kCandidates];  ///< as in HitCandidates
-    uint32_t count;
-    float bound;  ///< the first hit is at this depth or before
-  };
-  using Notes = HitCandidates;
+  using State = RayCandidates<Child>;  ///< a place is the leaf times kBvhLeafTriangles, plus the lane
 
-  FirstTriangle(const TrianglesField& field, const DecodedTree& tree, const SegmentBatch& batch,
-                AnswerBatch& answers, HitBatch& hits, HitCandidates& candidates)
-      : field_(field), tree_(tree), batch_(batch), answers_(answers), hits_(hits), candidates_(candidates) {
+  FirstTriangle(const BvhTree& tree, const SegmentBatch& batch, AnswerBatch& answers, HitBatch& hits,
+                HitCandidates& candidates)
+      : tree_(tree), batch_(batch), answers_(answers), hits_(hits), candidates_(candidates) {
     candidates.count = 0;
   }
 
   AnswerBatch& answers() const { return answers_; }
-  HWY_INLINE void begin(Flight<FirstTriangle>& flight) const {
-    flight.state.count = 0;
-    flight.state.bound = kNoHit;
-  }
-  HWY_INLINE bool look_at(const DecodedTree&, const TrianglesField&, Child child, uint32_t open, uint32_t met,
-                          const float* low, const float* high, Flight<FirstTriangle>& flight) const {
+  HWY_INLINE void begin(Flight<FirstTriangle>& flight) const { flight.state.clear(); }
+  HWY_INLINE bool look_at(Child leaf, const LeafDepths& depths, uint32_t lanes,
+                          Flight<FirstTriangle>& flight) const {
     State& state = flight.state;
-    float bound = state.bound;
-    for (; met != 0; met &= met - 1) bound = min_of(high[lowest_bit(met)], bound);
-    for (; open != 0; open &= open - 1) {
+    const float before = state.bound;
+    for (uint32_t met = depths.met & lanes; met != 0; met &= met - 1)
+      state.bound = min_of(depths.high[lowest_bit(met)], state.bound);
+    for (uint32_t open = depths.open & lanes; open != 0; open &= open - 1) {
       const uint32_t i = lowest_bit(open);
-      if (!(low[i] <= bound)) continue;
-      if (HWY_UNLIKELY(state.count == kCandidates)) reduce(flight, bound);
-      state.low[state.count] = low[i];
-      state.places[state.count++] = child / kBvhLeafTriangles * kBvhLeafTriangles + i;
+      if (!(depths.low[i] <= state.bound)) continue;
+      if (HWY_UNLIKELY(state.count == State::kMost) && !state.make_room())
+        keep_first(
+            tree_.field, segment_of(batch_, flight.number), [&](Child place) { return corners_at(place); },
+            state);
+      state.add(depths.low[i], leaf / kBvhLeafTriangles * kBvhLeafTriangles + i);
     }
-    if (bound < state.bound) {
-      state.bound = bound;
-      ReadyRay& ray = flight.ray;
-      // Boxes count t in units in which the direction's longest component is 1 to 2.
-      ray.limits[1] =
-          min_of(next_above(next_above(bound * magnitude(ray.inverse[ray.exit[3]]))), ray.limits[1]);
-      DecodedRay& leaf_ray = flight.leaf_ray;
-      if (leaf_ray.sign != 0)
-        leaf_ray.first = max_of(-bound, leaf_ray.first);
-      else
-        leaf_ray.last = min_of(bound, leaf_ray.last);
+    if (state.bound < before) {
+      shorten(flight.ray, state.bound);
+      shorten(flight.leaf_ray, state.bound);
     }
     return false;
   }
   HWY_INLINE void end(const Flight<FirstTriangle>& flight, bool) const {
     const State& state = flight.state;
-    if (HWY_UNLIKELY(candidates_.is_full())) finish();
+    if (HWY_UNLIKELY(!candidates_.has_room(State::kMost))) finish();
     for (uint32_t k = 0; k < state.count; ++k)
-      if (state.low[k] <= state.bound) candidates_.add(flight.number, state.places[k]);
+      if (state.low[k] <= state.bound)
+        candidates_.add(flight.number, flight.ray.exit[3], corners_at(state.places[k]));
   }
-  void finish() const { finish_hits(field_, tree_.leaves, batch_, answers_, candidates_, hits_); }
+  void finish() const { finish_hits(tree_.field, batch_, answers_, candidates_, hits_); }
 
  private:
-  /// Drops candidates behind the bound; if there are none, keeps only the first that the ray meets.
-  HWY_NOINLINE void reduce(Flight<FirstTriangle>& flight, float bound) const {
-    State& state = flight.state;
-    uint32_t kept = 0;
-    for (uint32_t k = 0; k < kCandidates; ++k) {
-      state.low[kept] = state.low[k];
-      state.places[kept] = state.places[k];
-      kept += state.low[k] <= bound;
-    }
-    state.count = kept;
-    if (kept < kCandidates) return;
-    TriangleRay exact;
-    prepare_for_triangles(field_, segment_of(batch_, flight.number), exact);
-    NearestTriangle nearest;
-    uint32_t first = 0;
-    for (uint32_t k = 0; k < kCandidates; ++k) {
-      const DecodedLeaf& leaf = tree_.leaves[state.places[k] / kBvhLeafTriangles];
-      const uint32_t i = state.places[k] % kBvhLeafTriangles;
-      const LeafCorners corners(leaf, i);
-      TriangleCrossing<double> crossing;
-      if (!meets_triangle(exact, corners.vertices, crossing) ||
-          !nearest.is_beaten_by(crossing.t, leaf.triangles[i]))
-        continue;
-      nearest.crossing = crossing;
-      nearest.triangle = leaf.triangles[i];
-      first = k;
-    }
-    state.count = nearest.triangle != kNoTriangle;
-    state.low[0] = state.low[first];
-    state.places[0] = state.places[first];
+  HWY_INLINE TriangleCorners corners_at(Child place) const {
+    return corners_of(tree_.decoded.leaves[place / kBvhLeafTriangles], place % kBvhLeafTriangles);
   }
 
-  const TrianglesField& field_;
-  const DecodedTree& tree_;
+  const BvhTree& tree_;
   const SegmentBatch& batch_;
   AnswerBatch& answers_;
   HitBatch& hits_;
@@ -316,8 +275,7 @@ class Traversal {
       const uint32_t at = group.rays[i], triangles = triangles_in(leaf);
       Flight& flight = group.flights[at];
       const LeafDepths depths = depths_of(leaves[leaf / kBvhLeafTriangles], flight.leaf_ray);
-      const bool met = goal_.look_at(tree_.decoded, tree_.field, leaf, depths.open & triangles,
-                                     depths.met & triangles, depths.low, depths.high, flight);
+      const bool met = goal_.look_at(leaf, depths, triangles, flight);
       blocked |= uint32_t(met) << at;
     }
     const uint32_t done = group.done | blocked;

@@ -14,8 +14,15 @@
 
 namespace nif::kernels::cpu {
 
-/// An object is decoded if that takes at most this many bytes.
-inline constexpr size_t kMostDecoded = size_t{1024} << 20;
+/// An object is decoded if that takes at most this many bytes: some 85,000 triangles. Larger ones, out of a core's
+/// cache, are faster with few bytes (docs/results/cpu-kernels.md, "Decoded triangles").
+inline constexpr size_t kMostDecoded = size_t{8} << 20;
+/// Whether any is: on a web page the code is too much to download.
+#ifdef __wasm__
+inline constexpr bool kDecodes = false;
+#else
+inline constexpr bool kDecodes = true;
+#endif
 
 /// What a slot of a node leads to: the number of a node; or that of a leaf times kBvhLeafTriangles, plus the number
 /// of its triangles less one.

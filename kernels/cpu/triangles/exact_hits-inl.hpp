@@ -12,42 +12,47 @@
 
 #include <hwy/highway.h>
 
-#include "kernels/cpu/lanes-inl.hpp"
-#include "kernels/cpu/triangles/decoded_tree.hpp"
+#include "kernels/cpu/triangles/rays-inl.hpp"
 #include "kernels/reference/batch.hpp"
 #include "kernels/reference/triangles/triangles_hit.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace nif::kernels::cpu::HWY_NAMESPACE {
 
-/// Triangles that may be the first that a ray meets.
-constexpr uint32_t kCandidates = 8;
-
-/// Candidates of many rays; those of a ray follow each other.
-struct HitCandidates {
-  static constexpr uint32_t kRoom = kBatchRays;
-  alignas(64) uint32_t rays[kRoom + 16];
-  uint32_t places[kRoom + 16];  ///< leaf times kBvhLeafTriangles, plus the place within the leaf
-  uint32_t count;
-
-  bool is_full() const { return count > kRoom - kCandidates; }
-  HWY_INLINE void add(uint32_t ray, uint32_t place) {
-    rays[count] = ray;
-    places[count++] = place;
-  }
+/// A triangle, and its corners in object space.
+struct TriangleCorners {
+  uint32_t triangle;  ///< of the object
+  float corners[3][3];
 };
 
-/// The corners of a triangle.
-struct LeafCorners {
-  float corners[3][3];
-  const float* vertices[3] = {corners[0], corners[1], corners[2]};
+/// By the longest axis of the direction: the axes in the order of TriangleRay.
+constexpr uint8_t kAxisOrder[3][3] = {{1, 2, 0}, {2, 0, 1}, {0, 1, 2}};
 
-  LeafCorners(const DecodedLeaf& leaf, uint32_t i) {
+/// Candidates of several rays; those of a ray follow each other.
+struct HitCandidates {
+  static constexpr uint32_t kRoom = 256;
+  alignas(64) uint32_t rays[kRoom + 16];  ///< numbers in the batch
+  uint32_t triangles[kRoom + 16];
+  uint32_t axes[kRoom + 16];        ///< the longest of the ray's direction
+  float corners[3][3][kRoom + 16];  ///< by corner and axis, in the order of TriangleRay
+  uint32_t count;
+
+  bool has_room(uint32_t more) const { return count + more <= kRoom; }
+  HWY_INLINE void add(uint32_t ray, uint32_t axis, const TriangleCorners& triangle) {
+    rays[count] = ray;
+    triangles[count] = triangle.triangle;
+    axes[count] = axis;
+    const uint8_t* const order = kAxisOrder[axis];
     for (uint32_t k = 0; k < 3; ++k)
-      for (uint32_t a = 0; a < 3; ++a) corners[k][a] = leaf.corners[k][a][i];
+      for (uint32_t i = 0; i < 3; ++i) corners[k][i][count] = triangle.corners[k][order[i]];
+    ++count;
   }
-  LeafCorners(const LeafCorners&) = delete;
-  LeafCorners& operator=(const LeafCorners&) = delete;
+  void repeat_last(uint32_t more) {
+    for (uint32_t i = count; i < count + more; ++i) {
+      rays[i] = rays[count - 1];
+      axes[i] = axes[count - 1];
+    }
+  }
 };
 
 /// In a vector.
@@ -62,24 +67,20 @@ struct CandidateHits {
   uint32_t met, close;  ///< lanes as bits; close: the reference must decide
 };
 
-HWY_NOINLINE inline void test_candidates(const TrianglesField& field, const DecodedLeaf* leaves,
-                                         const SegmentBatch& batch, const uint32_t* rays,
-                                         const uint32_t* places, CandidateHits& hits) {
+HWY_NOINLINE inline void test_candidates(const TrianglesField& field, const SegmentBatch& batch,
+                                         const HitCandidates& candidates, uint32_t first,
+                                         CandidateHits& hits) {
   const Doubles d;
   const hn::Rebind<float, Doubles> df;
   const hn::Rebind<int32_t, Doubles> di;
   using D = hn::Vec<Doubles>;
   const auto wide = [&](auto v) HWY_ATTR { return hn::PromoteTo(d, v); };
-  const auto ray = hn::LoadU(di, reinterpret_cast<const int32_t*>(rays));
-  const auto place = hn::LoadU(di, reinterpret_cast<const int32_t*>(places));
+  const auto words = [&](const uint32_t* column)
+                         HWY_ATTR { return hn::LoadU(di, reinterpret_cast<const int32_t*>(column + first)); };
+  const auto ray = words(candidates.rays);
   const auto of_batch = [&](const float* column) HWY_ATTR { return hn::GatherIndex(df, column, ray); };
   // As in prepare_for_triangles().
-  const auto size0 = hn::Abs(of_batch(batch.direction[0])), size1 = hn::Abs(of_batch(batch.direction[1]));
-  const auto size2 = hn::Abs(of_batch(batch.direction[2]));
-  const auto second = hn::Gt(size1, size0), third = hn::Gt(size2, hn::Max(size0, size1));
-  const auto zero = hn::Zero(di), one = hn::Set(di, 1), two = hn::Set(di, 2);
-  const auto axis_z =
-      hn::IfThenElse(hn::RebindMask(di, third), two, hn::IfThenElse(hn::RebindMask(di, second), one, zero));
+  const auto axis_z = words(candidates.axes), zero = hn::Zero(di), one = hn::Set(di, 1), two = hn::Set(di, 2);
   const auto next = [&](auto axis)
                         HWY_ATTR { return hn::IfThenElse(hn::Eq(axis, two), zero, hn::Add(axis, one)); };
   const auto axis_x = next(axis_z), axis_y = next(axis_x);
@@ -97,14 +98,8 @@ HWY_NOINLINE inline void test_candidates(const TrianglesField& field, const Deco
   const D shear_x = hn::Div(direction[0], length), shear_y = hn::Div(direction[1], length);
   const D error = hn::Mul(wide(far), hn::Set(d, kShearError<double>));
   D corner[3][3], x[3], y[3], z[3];
-  constexpr int32_t kWords = sizeof(DecodedLeaf) / sizeof(float);
-  const auto leaf = hn::Add(hn::Mul(hn::ShiftRight<2>(place), hn::Set(di, kWords)),
-                            hn::And(place, hn::Set(di, int32_t(kBvhLeafTriangles - 1))));
   for (uint32_t k = 0; k < 3; ++k) {
-    for (uint32_t i = 0; i < 3; ++i) {
-      const auto at = hn::Add(hn::Add(leaf, hn::ShiftLeft<2>(axis[i])), hn::Set(di, int32_t(k * 12)));
-      corner[k][i] = wide(hn::GatherIndex(df, leaves->corners[0][0], at));
-    }
+    for (uint32_t i = 0; i < 3; ++i) corner[k][i] = wide(hn::LoadU(df, candidates.corners[k][i] + first));
     z[k] = hn::Sub(corner[k][2], origin[2]);
     x[k] = hn::Sub(hn::Sub(corner[k][0], origin[0]), hn::Mul(shear_x, z[k]));
     y[k] = hn::Sub(hn::Sub(corner[k][1], origin[1]), hn::Mul(shear_y, z[k]));
@@ -164,53 +159,119 @@ HWY_NOINLINE inline void test_candidates(const TrianglesField& field, const Deco
   }
 }
 
+/// A candidate as the reference decides about it. Returns false if it is not met.
+HWY_NOINLINE inline bool hit_by_reference(const TrianglesField& field, const SegmentBatch& batch,
+                                          const HitCandidates& candidates, uint32_t i, bool certain,
+                                          double& t, Hit& hit) {
+  float corners[3][3];
+  for (uint32_t k = 0; k < 3; ++k)
+    for (uint32_t a = 0; a < 3; ++a)
+      corners[k][kAxisOrder[candidates.axes[i]][a]] = candidates.corners[k][a][i];
+  const float* const vertices[3] = {corners[0], corners[1], corners[2]};
+  TriangleRay exact;
+  TriangleCrossing<double> crossing;
+  prepare_for_triangles(field, segment_of(batch, candidates.rays[i]), exact);
+  if (!meets_triangle(exact, vertices, crossing)) return false;
+  t = crossing.t;
+  hit = hit_at(crossing, candidates.triangles[i], vertices, certain);
+  return true;
+}
+
 /// Writes the first hit of each ray that has candidates, and forgets them.
-HWY_NOINLINE inline void finish_hits(const TrianglesField& field, const DecodedLeaf* leaves,
-                                     const SegmentBatch& batch, const AnswerBatch& answers,
-                                     HitCandidates& candidates, HitBatch& hits) {
+HWY_NOINLINE inline void finish_hits(const TrianglesField& field, const SegmentBatch& batch,
+                                     const AnswerBatch& answers, HitCandidates& candidates, HitBatch& hits) {
   const uint32_t count = candidates.count;
+  if (count == 0) return;
+  candidates.repeat_last(kDoubles - 1);
   candidates.count = 0;
-  // Lanes after the last repeat one.
-  for (uint32_t i = count; i < count + kDoubles; ++i) {
-    candidates.rays[i] = count == 0 ? 0 : candidates.rays[0];
-    candidates.places[i] = count == 0 ? 0 : candidates.places[0];
-  }
   uint32_t last_ray = kBatchRays;
   double nearest = 0;
   for (uint32_t first = 0; first < count; first += kDoubles) {
     CandidateHits found;
-    test_candidates(field, leaves, batch, candidates.rays + first, candidates.places + first, found);
+    test_candidates(field, batch, candidates, first, found);
     uint32_t present = count - first < kDoubles ? (1u << (count - first)) - 1 : (1u << kDoubles) - 1;
     for (present &= found.met | found.close; present != 0; present &= present - 1) {
-      const uint32_t lane = lowest_bit(present);
-      const uint32_t ray = candidates.rays[first + lane], place = candidates.places[first + lane];
-      const DecodedLeaf& leaf = leaves[place / kBvhLeafTriangles];
-      const uint32_t triangle = leaf.triangles[place % kBvhLeafTriangles];
+      const uint32_t lane = lowest_bit(present), i = first + lane, ray = candidates.rays[i];
       const bool certain = answers.certain[ray] != 0;
       double t = found.t[lane];
       Hit hit;
       if (HWY_UNLIKELY((found.close >> lane & 1) != 0)) {
-        const LeafCorners corners(leaf, place % kBvhLeafTriangles);
-        TriangleRay exact;
-        TriangleCrossing<double> crossing;
-        prepare_for_triangles(field, segment_of(batch, ray), exact);
-        if (!meets_triangle(exact, corners.vertices, crossing)) continue;
-        t = crossing.t;
-        hit = hit_at(crossing, triangle, corners.vertices, certain);
+        if (!hit_by_reference(field, batch, candidates, i, certain, t, hit)) continue;
       } else {
         hit.t = found.hit_t[lane];
         if (certain) hit.low = hit.high = hit.t;
         for (uint32_t a = 0; a < 3; ++a) hit.normal[a] = found.normal[a][lane];
-        hit.triangle = triangle;
+        hit.triangle = candidates.triangles[i];
         hit.u = found.u[lane];
         hit.v = found.v[lane];
       }
-      if (ray == last_ray && !(t < nearest || (t == nearest && triangle < hits.triangle[ray]))) continue;
+      if (ray == last_ray && !(t < nearest || (t == nearest && hit.triangle < hits.triangle[ray]))) continue;
       last_ray = ray;
       nearest = t;
       set_hit(hits, ray, hit);
     }
   }
+}
+
+/// A ray's triangles that may be the first that it meets. Place: what tells a traversal where a triangle is.
+template <class Place>
+struct RayCandidates {
+  static constexpr uint32_t kMost = 8;
+  float low[kMost];  ///< depths in the direction of the ray, at least
+  Place places[kMost];
+  uint32_t count;
+  float bound;  ///< the first hit is at this depth or before
+
+  HWY_INLINE void clear() {
+    count = 0;
+    bound = kNoHit;
+  }
+  /// Requires room.
+  HWY_INLINE void add(float at_least, Place place) {
+    low[count] = at_least;
+    places[count++] = place;
+  }
+  /// Drops candidates behind the bound. Returns false if none is: there is no room.
+  bool make_room() {
+    uint32_t kept = 0;
+    for (uint32_t k = 0; k < count; ++k) {
+      low[kept] = low[k];
+      places[kept] = places[k];
+      kept += low[k] <= bound;
+    }
+    count = kept;
+    return count < kMost;
+  }
+};
+
+/// Keeps only the first that the ray meets. Corners: corners(place) tells a TriangleCorners.
+template <class Place, class Corners>
+HWY_NOINLINE void keep_first(const TrianglesField& field, const Segment& segment, const Corners& corners,
+                             RayCandidates<Place>& candidates) {
+  TriangleRay exact;
+  prepare_for_triangles(field, segment, exact);
+  NearestTriangle nearest;
+  uint32_t first = 0;
+  for (uint32_t k = 0; k < candidates.count; ++k) {
+    const TriangleCorners triangle = corners(candidates.places[k]);
+    const float* const vertices[3] = {triangle.corners[0], triangle.corners[1], triangle.corners[2]};
+    TriangleCrossing<double> crossing;
+    if (!meets_triangle(exact, vertices, crossing) || !nearest.is_beaten_by(crossing.t, triangle.triangle))
+      continue;
+    nearest.crossing = crossing;
+    nearest.triangle = triangle.triangle;
+    first = k;
+  }
+  candidates.count = nearest.triangle != kNoTriangle;
+  candidates.low[0] = candidates.low[first];
+  candidates.places[0] = candidates.places[first];
+}
+
+/// Boxes that the ray enters after this depth hold no first hit.
+HWY_INLINE void shorten(ReadyRay& ray, float depth) {
+  // Boxes count t in units in which the direction's longest component is 1 to 2.
+  const float t = next_above(next_above(depth * magnitude(ray.inverse[ray.exit[3]])));
+  ray.limits[1] = min_of(t, ray.limits[1]);
 }
 
 }  // namespace nif::kernels::cpu::HWY_NAMESPACE

@@ -14,13 +14,11 @@
 #include <hwy/highway.h>
 
 #include "kernels/cpu/triangles/decoded_tree.hpp"
+#include "kernels/cpu/triangles/exact_hits-inl.hpp"
 #include "kernels/cpu/triangles/triangles-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace nif::kernels::cpu::HWY_NAMESPACE {
-
-/// By the longest axis of the direction: the axes in the order of ReadyRay::origin.
-constexpr uint8_t kAxisOrder[3][3] = {{1, 2, 0}, {2, 0, 1}, {0, 1, 2}};
 
 /// A ray as leaves see it, prepared once: pairs of rows, of the first and the second axis.
 struct alignas(32) DecodedRay {
@@ -55,6 +53,23 @@ HWY_INLINE void make_decoded_ray(const ReadyRay& ray, DecodedRay& to) {
   to.sign = backward ? 0x80000000u : 0;
   to.depth_begin = backward ? -to.end : to.begin;
   to.depth_end = backward ? -to.begin : to.end;
+}
+
+/// Triangles behind this depth are not asked for any more.
+HWY_INLINE void shorten(DecodedRay& ray, float depth) {
+  if (ray.sign != 0)
+    ray.first = max_of(-depth, ray.first);
+  else
+    ray.last = min_of(depth, ray.last);
+}
+
+/// A triangle of a leaf.
+HWY_INLINE TriangleCorners corners_of(const DecodedLeaf& leaf, uint32_t i) {
+  TriangleCorners triangle;
+  triangle.triangle = leaf.triangles[i];
+  for (uint32_t k = 0; k < 3; ++k)
+    for (uint32_t a = 0; a < 3; ++a) triangle.corners[k][a] = leaf.corners[k][a][i];
+  return triangle;
 }
 
 /// The corners of triangles, sheared: seen along the ray, which is the origin. And on which sides of the edges the

@@ -349,8 +349,9 @@ union BvhScratch {
 };
 HWY_NOINLINE inline void traverse(const BvhTree& tree, const SegmentBatch& batch, const float* enter,
                                   const float* leave, AnswerBatch& answers, BvhScratch& scratch) {
-  if (tree.decoded.nodes != nullptr)
-    decoded::traverse_for(decoded::AnyTriangle(batch, answers), tree, batch, enter, leave, scratch.decoded);
+  if (kDecodes && tree.decoded.nodes != nullptr)
+    decoded::traverse_for(decoded::AnyTriangle(tree, batch, answers), tree, batch, enter, leave,
+                          scratch.decoded);
   else
     traverse_for(AnyTriangle(batch, answers), tree, batch, enter, leave, scratch.packed);
 }
@@ -376,6 +377,7 @@ HWY_NOINLINE inline void traverse_whole(const BvhTree& tree, const SegmentBatch&
 /// Finds their first hits.
 struct BvhHitScratch {
   AnswerBatch answers;
+  HitCandidates candidates;
   union {
     TraversalScratch<FirstTriangle> packed;
     decoded::TraversalScratch<decoded::FirstTriangle> decoded;
@@ -384,13 +386,13 @@ struct BvhHitScratch {
 HWY_NOINLINE inline void traverse_to_hits(const BvhTree& tree, const SegmentBatch& batch, const float* enter,
                                           const float* leave, HitBatch& hits, BvhHitScratch& scratch) {
   fill_hits(hits, batch.count, Hit());
-  if (tree.decoded.nodes != nullptr) {
-    const decoded::FirstTriangle goal(tree.field, tree.decoded, batch, scratch.answers, hits,
-                                      scratch.decoded.notes);
+  if (kDecodes && tree.decoded.nodes != nullptr) {
+    const decoded::FirstTriangle goal(tree, batch, scratch.answers, hits, scratch.candidates);
     decoded::traverse_for(goal, tree, batch, enter, leave, scratch.decoded);
     goal.finish();
-  } else
+  } else {
     traverse_for(FirstTriangle(batch, scratch.answers, hits), tree, batch, enter, leave, scratch.packed);
+  }
   for (uint32_t i = 0; i < batch.count; ++i)
     if (!(hits.t[i] < kNoHit) && scratch.answers.certain[i] != 0) hits.low[i] = kNoHit;
 }

@@ -20,8 +20,13 @@ struct BvhTree {
 
 /// Decodes the field if `options` allow it.
 inline BvhTree tree_of(const TrianglesField& field, const KernelOptions& options) {
-  BvhTree tree{
-      field, decode(field, options.most_decoded, options.copies, options.memory), field.extent, 0, 0, {}, {}};
+  BvhTree tree{field,
+               kDecodes ? decode(field, options.most_decoded, options.copies, options.memory) : DecodedTree(),
+               field.extent,
+               0,
+               0,
+               {},
+               {}};
   for (uint32_t i = 0; i < field.node_count; ++i) tree.reach = max_of(bvh_extent(field.nodes[i]), tree.reach);
   const auto take = [&](uint32_t slot, bool inner, const auto& low, const auto& high) {
     (inner ? tree.inner : tree.leaves) |= 1u << slot;
@@ -30,7 +35,7 @@ inline BvhTree tree_of(const TrianglesField& field, const KernelOptions& options
       tree.high[slot][a] = high(a);
     }
   };
-  if (const DecodedNode* const root = tree.decoded.nodes) {
+  if (const DecodedNode* const root = tree.decoded.nodes; kDecodes && root != nullptr) {
     for (uint32_t s = 0; s < kBvhWidth && root->low[0][s] <= root->high[0][s]; ++s)
       take(
           s, (root->order[0] >> (24 + s) & 1) != 0, [&](uint32_t a) { return root->low[a][s]; },
