@@ -211,7 +211,7 @@ TEST_F(BenchScene, RefusesByName) {
         Refusal{glb_, {"--asset", asset, "--mesh", ring_}, Status::usage, {"--mesh", "ASSET"}},
         Refusal{glb_, {"--asset", asset, "--against", asset}, Status::usage, {"--against", "ASSET"}},
         Refusal{glb_, {"--asset", asset, "--stages"}, Status::usage, {"--stages", "ASSET"}},
-        Refusal{glb_, {"--asset", asset, "--plot", "a.svg"}, Status::usage, {"--plot", "ASSET"}},
+        Refusal{glb_, {"--asset", asset, "--plot", asset}, Status::usage, {"--plot", "overwrite"}},
         Refusal{glb_, {"--asset", asset, "--device", "gpu"}, Status::usage, {"--device", "ASSET"}},
         Refusal{whole, {"--asset", ring}, Status::usage, {"--asset", whole}},
         Refusal{bare, {}, Status::malformed_scene, {bare, "object 1", "ring.obj", "nif"}},

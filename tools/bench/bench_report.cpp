@@ -99,6 +99,46 @@ std::string other_table(const ThreadRun& run, const BenchOptions& options, const
   return table;
 }
 
+/// The results of other programs on the same rays; empty if there are none.
+std::string entrant_table(const ThreadRun& run) {
+  std::string rows;
+  bool hits = false;
+  for (const SetSpeeds& speeds : run.sets) {
+    for (const EntrantSpeed& one : speeds.entrants) {
+      const auto share = [&](uint64_t count) {
+        return fmt::format("{:.3f}%", 100 * double(count) / double(std::max<uint64_t>(1, one.rays)));
+      };
+      hits = one.hits;
+      const std::string name =
+          fmt::format("{}{}{}", one.program, one.variant.empty() ? "" : " ", one.variant);
+      rows += fmt::format("{:<14}{:<30}{:>9}{:>9}{:>8}", bake::name_of(speeds.set), name,
+                          one.bytes ? format_bytes(double(*one.bytes)) : "", share(one.differing), one.wrong);
+      if (one.hits) rows += fmt::format("{:>10}{:>8}", share(one.displaced), one.misplaced);
+      rows += fmt::format("{:>19}{:>11}{:>14}\n", with_spread(one.rate()), format_rate(speeds.ratio_to(one)),
+                          format_rate(speeds.best().rate().median / one.rate().median));
+    }
+  }
+  if (rows.empty()) return rows;
+  std::string head =
+      fmt::format("\nOther programs, which timed themselves at another time\n{:<14}{:<30}{:>9}{:>9}{:>8}",
+                  "ray set", "program", "memory", "differ", "wrong");
+  if (hits) head += fmt::format("{:>10}{:>8}", "t differs", "wrong");
+  return head + fmt::format("{:>19}{:>11}{:>14}\n", "it", "nif / it", "Embree / it") + rows;
+}
+
+Json entrant_json(const SetSpeeds& speeds, const EntrantSpeed& one) {
+  const Spread rate = one.rate();
+  Json json{{"program", one.program},     {"file", one.file},      {"passes", one.rates.size()},
+            {"mrays_per_s", rate.median}, {"lowest", rate.lowest}, {"highest", rate.highest},
+            {"differing", one.differing}, {"wrong", one.wrong},    {"ratio", speeds.ratio_to(one)}};
+  if (!one.variant.empty()) json["variant"] = one.variant;
+  if (one.bytes) json["bytes"] = *one.bytes;
+  if (one.hits)
+    json["hits"] = {{"compared", one.compared}, {"displaced", one.displaced}, {"misplaced", one.misplaced}};
+  if (one.named) json["hits"]["other"] = one.other;
+  return json;
+}
+
 /// The fastest call of each Embree build, to show its bytes beside its speed.
 std::string build_table(const ThreadRun& run, const BenchResult& result) {
   const auto resident = double(result.info.resident_bytes);
@@ -150,6 +190,8 @@ Json sets_json(const ThreadRun& run, const BenchResult& result) {
         {"variants", std::move(variants)}};
     if (speeds.behind) sets[std::string(bake::name_of(speeds.set))]["behind"] = name_of(*speeds.behind);
     if (speeds.stages) sets[std::string(bake::name_of(speeds.set))]["stages"] = stages_json(*speeds.stages);
+    for (const EntrantSpeed& one : speeds.entrants)
+      sets[std::string(bake::name_of(speeds.set))]["entrants"].push_back(entrant_json(speeds, one));
     if (!speeds.against) continue;
     const Spread to_other = speeds.ratio_to_other();
     Json against = rate_json(speeds.against->rate(), result.against.resident_bytes);
@@ -182,7 +224,7 @@ std::string gain_line(const ThreadRun& first, const ThreadRun& more) {
 }
 
 std::string run_tables(const ThreadRun& run, const BenchResult& result) {
-  return speed_table(run) + "\n" + build_table(run, result);
+  return speed_table(run) + "\n" + build_table(run, result) + entrant_table(run);
 }
 
 nlohmann::ordered_json embree_bytes_json(const BenchResult& result) {
@@ -220,6 +262,7 @@ nlohmann::ordered_json to_json(const BenchOptions& options, const BenchResult& r
               {"parts", parts_json(result.parts)},
               {"embree", embree_bytes_json(result)}}}};
   if (!options.against.empty()) json["against"] = options.against;
+  if (!options.compare.empty()) json["compare"] = options.compare;
   if (options.fallback) json["fallback"] = "embree";
   if (options.hits) json["hits"] = true;
   return json;

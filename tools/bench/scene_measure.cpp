@@ -12,6 +12,7 @@
 #include "formats/base/quantities.hpp"
 #include "formats/base/status.hpp"
 #include "tools/bench/bench_scene.hpp"
+#include "tools/bench/entrants.hpp"
 #include "tools/bench/race.hpp"
 #include "tools/common/interruption.hpp"
 
@@ -181,6 +182,7 @@ size_t MovedRun::best() const {
 }
 
 SceneBenchResult measure_scene(const SceneBenchOptions& options, Progress& progress) {
+  const std::vector<EntrantFile> entrants = read_entrants(options.compare);
   const BenchScene scene(options.scene, options.asset, options.configuration, progress);
   const std::atomic<bool>& cancel = interruption();
   const GoOn go_on = [&](double fraction, const std::string& text) {
@@ -201,6 +203,10 @@ SceneBenchResult measure_scene(const SceneBenchOptions& options, Progress& progr
   go_on(0, "building the runtime's scene");
   for (const uint32_t threads : options.threads) subject.scenes.push_back(scene.scene(threads));
   draw_sets(options, scene.instances(), scene, subject, go_on);
+  const std::vector<JudgedEntrant> judged =
+      judge_entrants(entrants, race_of_scene(scene.objects(), scene.instances(), options.sets, subject.sets),
+                     options.threads, options.hits, [&](const std::string& text) { go_on(0, text); });
+  result.still.notes = entrant_notes(entrants);
   const std::vector<bake::EmbreeObject> objects = bake::embree_objects(scene.objects());
   for (size_t b = 0; b < kEmbreeBuilds.size(); ++b) {
     go_on(0, fmt::format("building Embree's {} BVHs", name_of(kEmbreeBuilds[b])));
@@ -210,6 +216,7 @@ SceneBenchResult measure_scene(const SceneBenchOptions& options, Progress& progr
   const double still = options.moved == 0 ? 1 : 0.48;
   result.still.runs = race_sets(subjects, options.sets, options.threads, options.schedule,
                                 [&](double done, const std::string& text) { go_on(still * done, text); });
+  add_entrants(judged, result.still.runs);
   if (options.moved == 0) return result;
 
   const Moves moves(scene, options.moved, options.seed);

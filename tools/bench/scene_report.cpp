@@ -66,6 +66,7 @@ nlohmann::ordered_json to_json(const SceneBenchOptions& options, const SceneBenc
                {"sets", sets_json(still.runs.front(), still)},
                {"scaling", std::move(scaling)}});
   if (options.hits) json["hits"] = true;
+  if (!options.compare.empty()) json["compare"] = options.compare;
   if (!result.moved.empty()) {
     SceneJson runs = SceneJson::array();
     for (const MovedRun& moved : result.moved) runs.push_back(moved_json(moved, still));
