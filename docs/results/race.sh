@@ -18,7 +18,8 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 nif=${NIF:-build/release/bin/nif} out=build/race rays=${RAYS:-100000} rounds=${ROUNDS:-5}
 sets=(--set outer-lines --set inner-surface --set sun --set camera)
-mkdir -p "$out/raced"
+measured=$out/$rays-$rounds
+mkdir -p "$measured/raced"
 
 # once FILE COMMAND...: leaves what the command prints in the file.
 once() {
@@ -32,16 +33,16 @@ once() {
 # others NAME QUERY: --compare for the results of other programs that have such a query.
 others() {
   local file
-  for file in "$out/others/$1"/*.json "${NIF_RESULTS:-$out/none}/$1"/*.json; do
+  for file in "$measured/others/$1"/*.json "${NIF_RESULTS:-$out/none}/$1"/*.json; do
     [[ -f $file ]] || continue
     if jq -e --arg query "$2" 'any(.results[]; .query == $query)' "$file" >/dev/null; then printf '%s\n' --compare "$file"; fi
   done
 }
 
-# race NAME KIND AUTHOR FILE: bakes it, lets other programs take part, and measures.
+# race NAME KIND AUTHOR FILE (KIND: mesh or scene): bakes it, lets other programs take part, and measures.
 race() {
   local name=$1 kind=$2 author=$3 file=$4 encoding query racer asked compare
-  local at=$out/$name
+  local at=$out/$name to=$measured/$name
   echo "docs/results/race.sh: $name" >&2
   for encoding in bvh exact; do
     [[ -f $at.$encoding.nif ]] \
@@ -49,44 +50,44 @@ race() {
   done
   asked=(--mesh "$file")
   for racer in ${NIF_RACERS-}; do
-    if [[ ! -f $at.export/race.json ]]; then
+    if [[ ! -f $to.export/race.json ]]; then
       if [[ $kind == scene ]]; then
-        "$nif" bench "$file" --asset "$at.bvh.nif" --rays "$rays" "${sets[@]}" --export "$at.export" --quiet
+        "$nif" bench "$file" --asset "$at.bvh.nif" --rays "$rays" "${sets[@]}" --export "$to.export" --quiet
       else
-        "$nif" bench "$at.bvh.nif" "${asked[@]}" --rays "$rays" "${sets[@]}" --export "$at.export" --quiet
+        "$nif" bench "$at.bvh.nif" "${asked[@]}" --rays "$rays" "${sets[@]}" --export "$to.export" --quiet
       fi
     fi
-    mkdir -p "$out/others/$name"
-    [[ -f $out/others/$name/$(basename "$racer").json ]] \
-      || "$racer" "$at.export" "$out/others/$name/$(basename "$racer").json"
+    mkdir -p "$measured/others/$name"
+    [[ -f $measured/others/$name/$(basename "$racer").json ]] \
+      || "$racer" "$to.export" "$measured/others/$name/$(basename "$racer").json"
   done
-  rm -rf "$at.export"
+  rm -rf "$to.export"
   for query in visibility hits; do
     mapfile -t compare < <(others "$name" "$query")
     local options=(-j 1 -j 2 --rays "$rays" --rounds "$rounds" "${sets[@]}" "${compare[@]}" --quiet --json)
     [[ $query == hits ]] && options+=(--hits)
     if [[ $kind == scene ]]; then
       for encoding in bvh exact; do
-        once "$at.$query.$encoding.json" "$nif" bench "$file" --asset "$at.$encoding.nif" --moved 0 "${options[@]}"
+        once "$to.$query.$encoding.json" "$nif" bench "$file" --asset "$at.$encoding.nif" --moved 0 "${options[@]}"
       done
     else
-      once "$at.$query.both.json" "$nif" bench "$at.bvh.nif" "${asked[@]}" --against "$at.exact.nif" "${options[@]}"
+      once "$to.$query.both.json" "$nif" bench "$at.bvh.nif" "${asked[@]}" --against "$at.exact.nif" "${options[@]}"
     fi
   done
   # A line for each encoding, query, set and number of threads.
-  for file in "$at".visibility.*.json "$at".hits.*.json; do
+  for file in "$to".visibility.*.json "$to".hits.*.json; do
     jq -c --arg name "$name" --arg author "$author" --arg encoding "$(basename "$file" .json | sed 's/.*\.//')" --arg rays "$rays" '
       . as $report | .scaling[] | .threads as $threads | .sets | to_entries[] | .key as $set | .value
       | ([{name: "Embree, \(.embree.variant)", rate: .embree.mrays_per_s}]
-         + [.entrants[]? | {name: ([.program, .variant] | map(values) | join(", ")), rate: .mrays_per_s}] | max_by(.rate)) as $best
+         + [.entrants[]? | {name: ([.program, .variant] | map(values) | join(", ") | gsub("[|<>]"; " ")), rate: .mrays_per_s}] | max_by(.rate)) as $best
       | {name: $name, author: $author, rays: $rays, rounds: $report.rounds, triangles: ($report.placed_triangles // $report.triangles),
          instances: ($report.instances // null), query: (if $report.hits then "first hits" else "visibility" end), set: $set,
          threads: $threads, cores, best: $best, entrants: [.entrants[]? | del(.file)]} as $row
       | ({encoding: "bvh", rate: .nif.mrays_per_s, error}, (.against // empty | {encoding: "exact", rate: .mrays_per_s, error}))
       | (if $encoding == "both" then . else .encoding = $encoding end)
       | $row + . + {ratio: (.rate / $best.rate)}' "$file"
-  done >"$out/raced/$name.jsonl.new"
-  mv "$out/raced/$name.jsonl.new" "$out/raced/$name.jsonl"
+  done >"$measured/raced/$name.jsonl.new"
+  mv "$measured/raced/$name.jsonl.new" "$measured/raced/$name.jsonl"
 }
 
 wanted() { ((${#names[@]} == 0)) || [[ " ${names[*]} " == *" $1 "* ]]; }
@@ -99,12 +100,17 @@ if [[ ${1-} != --page ]]; then
   source docs/results/meshes.sh
   find_meshes "$nif"
   for path in "${paths[@]}"; do
-    name=$(basename "$path")
-    name=${name%%.*}
+    name=$(basename "$path" | sed -E 's/\.(obj|ply|stl|glb)(\.gz|\.zst)?$//')
     case $name in
-      cycloidal_* | openfoam_DTC_* | kicad_acepack_* | kicad_board_6) continue ;; # like others here, or take long
+      cycloidal_* | openfoam_DTC_* | kicad_acepack_* | kicad_board_6.94m) continue ;; # like others here, or take long
     esac
-    if wanted "$name"; then race "$name" mesh '' "$path"; fi
+    case $name in
+      bunny_* | stanford_*) author='Stanford University Computer Graphics Laboratory' ;;
+      kicad_*) author='parts of the KiCad libraries, CC-BY-SA 4.0 with exception' ;;
+      generated_*) author='`nif mesh generate`' ;;
+      *) author='' ;;
+    esac
+    if wanted "$name"; then race "$name" mesh "$author" "$path"; fi
   done
   # What a scene is called here, its file, and who made it.
   for scene in 'town|town/town_model.gltf|Godot truck town demo, MIT' \
@@ -147,9 +153,9 @@ fi
          "", "## Other programs", "", "Their answers, over all races ([what the columns mean](../benchmark.md#what---compare-reads)).", "",
          "| program | races | differing | wrong | displaced | misplaced |", "| --- | ---: | ---: | ---: | ---: | ---: |",
          ([$all | unique_by([.name, .query, .set, .threads])[] | .entrants[]] | group_by([.program, .variant])[]
-          | "| \([.[0].program, .[0].variant] | map(values) | join(", ")) | \(length) | \(map(.differing) | add) | \(map(.wrong) | add) | \(map(.hits.displaced // 0) | add) | \(map(.hits.misplaced // 0) | add) |")
+          | "| \([.[0].program, .[0].variant] | map(values) | join(", ") | gsub("[|<>]"; " ")) | \(length) | \(map(.differing) | add) | \(map(.wrong) | add) | \(map(.hits.displaced // 0) | add) | \(map(.hits.misplaced // 0) | add) |")
        else empty end),
       "", "## Meshes and scenes", "", "| name | triangles | instances | made by |", "| --- | ---: | ---: | --- |",
-      ($all | unique_by(.name)[] | "| \(.name) | \(.triangles) | \(.instances // "") | \(.author) |")' "$out"/raced/*.jsonl
+      ($all | unique_by(.name)[] | "| \(.name) | \(.triangles) | \(.instances // "") | \(.author) |")' "$measured"/raced/*.jsonl
 } >"$out/race.md.new"
 mv "$out/race.md.new" "${PAGE:-docs/results/race.md}"

@@ -45,10 +45,9 @@ class BenchRace : public testing::Test {
   static void SetUpTestSuite() {
     folder_ = new TempDir;
     size_t base = 0;
-    mesh_ = folder_
-                ->write("two.obj",
-                        obj_object(torus(16, 8), "ring", base) + obj_object(icosphere(2), "ball", base))
-                .string();
+    std::string two = obj_object(torus(16, 8), "ring", base);
+    two += obj_object(icosphere(2), "ball", base);
+    mesh_ = folder_->write("two.obj", two).string();
     glb_ = folder_->write("rows.glb", rings_and_balls()).string();
     for (const std::string& mesh : {mesh_, glb_})
       ASSERT_EQ(nif({"bake", mesh, "-o", mesh + ".nif", "--encoding", "bvh", "--rays", "0", "--quiet"}).code,
@@ -187,7 +186,7 @@ TEST_F(BenchRace, FirstHitsOfScenesOfInstances) {
     EXPECT_GT(entrant["hits"]["compared"].get<double>(), 100);
     EXPECT_EQ(entrant["hits"]["misplaced"], 0);
     EXPECT_LT(entrant["hits"]["displaced"].get<double>(), 5);
-    EXPECT_LT(entrant["hits"]["other"].get<double>(), 10);
+    EXPECT_LT(entrant["hits"]["other"].get<double>(), 5);
   }
   // Each object by itself, too, and as tables and a picture of a scene.
   const std::string alone = BruteRacer(path("export")).write(path("brute alone"));
@@ -195,7 +194,7 @@ TEST_F(BenchRace, FirstHitsOfScenesOfInstances) {
   ASSERT_EQ(objects.code, 0) << objects.err;
   const json hits = json::parse(objects.out)["sets"]["inner-surface"]["entrants"][0]["hits"];
   EXPECT_EQ(hits["misplaced"], 0);
-  EXPECT_LT(hits["other"].get<double>(), 10);
+  EXPECT_LT(hits["other"].get<double>(), 5);
   std::vector<std::string> words{"bench",    glb_,        "--asset", glb_ + ".nif", "--rays",         "1500",
                                  "--rounds", "1",         "-j",      "1",           "--moved",        "0",
                                  "--hits",   "--compare", results,   "--plot",      path("scene.svg")};
@@ -261,14 +260,15 @@ TEST_F(BenchRace, RefusesResultsByFileAndMember) {
     std::string named;
     Status status = Status::malformed_results;
   };
-  const std::string with_nul = R"([{"op":"replace","path":"/results/0/answers/visible","value":"a\u0000b"}])";
+  const std::string with_nul = R"([{"op":"replace","path":"/results/2/answers/visible","value":"a\u0000b"}])";
   const auto replace = [](const std::string& pointer, const std::string& value) {
     return fmt::format(R"([{{"op":"replace","path":"{}","value":{}}}])", pointer, value);
   };
   const auto remove = [](const std::string& pointer) {
     return fmt::format(R"([{{"op":"remove","path":"{}"}}])", pointer);
   };
-  const std::string first = "/results/0";
+  // The first result for a set of the race; camera is raced only with --hits.
+  const std::string first = "/results/2";
   std::vector<Refusal> refusals{
       {replace("/schema", R"("nifkit.entrant/9")"), "/schema: must be nifkit.entrant/1"},
       {remove("/schema"), "/schema: is missing"},
@@ -276,28 +276,29 @@ TEST_F(BenchRace, RefusesResultsByFileAndMember) {
       {replace("/program", R"("\u001b[2J")"), "/program: must be text"},
       {replace("/program", "\"" + std::string(61, 'x') + "\""), "/program: must be text"},
       {replace("/version", "3"), "/version: must be text"},
+      {replace("/processor", "7"), "/processor: must be text"},
       {replace("/results", "[]"), "/results: must be an array of 1 to 1000"},
       {replace("/results", "7"), "/results: must be an array"},
       {replace("/results", "[[]]"), "/results/0: must be an object"},
-      {replace(first + "/set", R"("moon")"), "/results/0/set: must be one of outer-lines"},
+      {replace(first + "/set", R"("moon")"), "/results/2/set: must be one of outer-lines"},
       {replace(first + "/hash", R"("xxh3-64:0000000000000000")"),
-       "/results/0/hash: xxh3-64:0000000000000000"},
-      {remove(first + "/hash"), "/results/0/hash: is missing"},
-      {replace(first + "/threads", "0"), "/results/0/threads: must be a whole number from 1 to 1024"},
-      {replace(first + "/threads", "-1"), "/results/0/threads"},
-      {replace(first + "/threads", "1.5"), "/results/0/threads"},
-      {replace(first + "/query", R"("any")"), "/results/0/query: must be one of visibility, hits"},
-      {replace(first + "/seconds", "[]"), "/results/0/seconds: must be an array of 1 to 1000"},
-      {replace(first + "/seconds", "[0.1, 0]"), "/results/0/seconds/1: must be a number of seconds"},
-      {replace(first + "/seconds", "[-3]"), "/results/0/seconds/0"},
-      {replace(first + "/seconds", "[1e300]"), "/results/0/seconds/0"},
-      {replace(first + "/seconds", "\"fast\""), "/results/0/seconds"},
-      {replace(first + "/answers", "{}"), "/results/0/answers/visible: is missing"},
-      {replace(first + "/answers", "[]"), "/results/0/answers: must be an object"},
-      {replace(first + "/answers/visible", R"("../outer-lines.visible")"), "/results/0/answers/visible"},
-      {replace(first + "/answers/visible", "\"" + folder + "/sun.visible\""), "/results/0/answers/visible"},
-      {replace(first + "/answers/visible", R"("")"), "/results/0/answers/visible"},
-      {with_nul, "/results/0/answers/visible"},
+       "/results/2/hash: xxh3-64:0000000000000000"},
+      {remove(first + "/hash"), "/results/2/hash: is missing"},
+      {replace(first + "/threads", "0"), "/results/2/threads: must be a whole number from 1 to 1024"},
+      {replace(first + "/threads", "-1"), "/results/2/threads"},
+      {replace(first + "/threads", "1.5"), "/results/2/threads"},
+      {replace(first + "/query", R"("any")"), "/results/2/query: must be one of visibility, hits"},
+      {replace(first + "/seconds", "[]"), "/results/2/seconds: must be an array of 1 to 1000"},
+      {replace(first + "/seconds", "[0.1, 0]"), "/results/2/seconds/1: must be a number of seconds"},
+      {replace(first + "/seconds", "[-3]"), "/results/2/seconds/0"},
+      {replace(first + "/seconds", "[1e300]"), "/results/2/seconds/0"},
+      {replace(first + "/seconds", "\"fast\""), "/results/2/seconds"},
+      {replace(first + "/answers", "{}"), "/results/2/answers/visible: is missing"},
+      {replace(first + "/answers", "[]"), "/results/2/answers: must be an object"},
+      {replace(first + "/answers/visible", R"("../outer-lines.visible")"), "/results/2/answers/visible"},
+      {replace(first + "/answers/visible", "\"" + folder + "/sun.visible\""), "/results/2/answers/visible"},
+      {replace(first + "/answers/visible", R"("")"), "/results/2/answers/visible"},
+      {with_nul, "/results/2/answers/visible"},
       {replace(first + "/answers/visible", R"("none")"), "none", Status::file_not_found},
       {replace(first + "/answers/visible", R"("results.json")"),
        "bytes, but the answers to 2000 rays have 2000"},
@@ -351,14 +352,14 @@ TEST_F(BenchRace, RefusesResultsByFileAndMember) {
   changed.write(folder);
   refused_hits(fmt::format("ray {}: instance 1 is none of its scene", hit));
   changed = racer;
-  changed.answers.front().second.visible[11] = 2;
+  changed.answers[1].second.visible[11] = 2;
   changed.write(folder);
   const Outcome two = compare(results);
   EXPECT_NE(two.err.find("ray 11: 2 is neither 0 nor 1"), std::string::npos) << two.err;
 
   // A pipe instead of answers would be waited for.
   racer.write(folder);
-  const std::string name = racer.answers.front().first + ".visible";
+  const std::string name = racer.answers[1].first + ".visible";
   fs::remove(fs::path(folder) / name);
   ASSERT_EQ(::mkfifo((fs::path(folder) / name).c_str(), 0600), 0);
   EXPECT_EQ(compare(results).code, int(Status::file_unreadable));

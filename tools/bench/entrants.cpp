@@ -140,7 +140,8 @@ EntrantFile read_entrant(const std::string& path) {
   if (!json.is_object()) root.fail("is not a JSON object, or too deeply nested");
   if (root["schema"].name() != kEntrantSchema) root["schema"].fail(fmt::format("must be {}", kEntrantSchema));
   EntrantFile file{path, root["program"].name(), root["version"].name(), "", {}};
-  if (root.has("processor")) file.processor = root["processor"].name();
+  // An export on a machine that does not name its processor has an empty one.
+  if (root.has("processor") && json["processor"] != "") file.processor = root["processor"].name();
   for (const Stated& result : root["results"].elements(kMaxResults)) {
     const EntrantResult& read = file.results.emplace_back(to_result(result));
     for (size_t i = 0; i + 1 < file.results.size(); ++i) {
