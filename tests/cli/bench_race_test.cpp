@@ -420,7 +420,7 @@ TEST_F(BenchRace, AFailedExportLeavesTheEarlierOne) {
     EXPECT_EQ(listing(folder_->path()), before);
 
     Process process(nif_path(),
-                    {"bench", glb_, "--asset", glb_ + ".nif", "--rays", "4000000", "--export", target});
+                    {"bench", glb_, "--asset", glb_ + ".nif", "--rays", "2000000", "--export", target});
     ASSERT_TRUE(process.wait_for_error_text("drawing"));
     process.send(SIGINT);
     const Outcome cancelled = process.finish(120);
