@@ -48,15 +48,11 @@ race() {
     [[ -f $at.$encoding.nif ]] \
       || "$nif" bake "$file" -o "$at.$encoding.nif" --encoding "$encoding" --rays 0 --quiet 2>/dev/null
   done
-  asked=(--mesh "$file")
+  asked=("$at.bvh.nif" --mesh "$file")
+  [[ $kind == scene ]] && asked=("$file" --asset "$at.bvh.nif")
   for racer in ${NIF_RACERS-}; do
-    if [[ ! -f $to.export/race.json ]]; then
-      if [[ $kind == scene ]]; then
-        "$nif" bench "$file" --asset "$at.bvh.nif" --rays "$rays" "${sets[@]}" --export "$to.export" --quiet
-      else
-        "$nif" bench "$at.bvh.nif" "${asked[@]}" --rays "$rays" "${sets[@]}" --export "$to.export" --quiet
-      fi
-    fi
+    [[ -f $to.export/race.json ]] \
+      || "$nif" bench "${asked[@]}" --rays "$rays" "${sets[@]}" --export "$to.export" --quiet
     mkdir -p "$measured/others/$name"
     [[ -f $measured/others/$name/$(basename "$racer").json ]] \
       || "$racer" "$to.export" "$measured/others/$name/$(basename "$racer").json"
@@ -66,26 +62,20 @@ race() {
     mapfile -t compare < <(others "$name" "$query")
     local options=(-j 1 -j 2 --rays "$rays" --rounds "$rounds" "${sets[@]}" "${compare[@]}" --quiet --json)
     [[ $query == hits ]] && options+=(--hits)
-    if [[ $kind == scene ]]; then
-      for encoding in bvh exact; do
-        once "$to.$query.$encoding.json" "$nif" bench "$file" --asset "$at.$encoding.nif" --moved 0 "${options[@]}"
-      done
-    else
-      once "$to.$query.both.json" "$nif" bench "$at.bvh.nif" "${asked[@]}" --against "$at.exact.nif" "${options[@]}"
-    fi
+    [[ $kind == scene ]] && options+=(--moved 0)
+    once "$to.$query.json" "$nif" bench "${asked[@]}" --against "$at.exact.nif" "${options[@]}"
   done
   # A line for each encoding, query, set and number of threads.
-  for file in "$to".visibility.*.json "$to".hits.*.json; do
-    jq -c --arg name "$name" --arg author "$author" --arg encoding "$(basename "$file" .json | sed 's/.*\.//')" --arg rays "$rays" '
+  for query in visibility hits; do
+    jq -c --arg name "$name" --arg author "$author" --arg rays "$rays" '
       . as $report | .scaling[] | .threads as $threads | .sets | to_entries[] | .key as $set | .value
       | ([{name: "Embree, \(.embree.variant)", rate: .embree.mrays_per_s}]
          + [.entrants[]? | {name: ([.program, .variant] | map(values) | join(", ") | gsub("[|<>]"; " ")), rate: .mrays_per_s}] | max_by(.rate)) as $best
       | {name: $name, author: $author, rays: $rays, rounds: $report.rounds, triangles: ($report.placed_triangles // $report.triangles),
          instances: ($report.instances // null), query: (if $report.hits then "first hits" else "visibility" end), set: $set,
          threads: $threads, cores, best: $best, entrants: [.entrants[]? | del(.file)]} as $row
-      | ({encoding: "bvh", rate: .nif.mrays_per_s, error}, (.against // empty | {encoding: "exact", rate: .mrays_per_s, error}))
-      | (if $encoding == "both" then . else .encoding = $encoding end)
-      | $row + . + {ratio: (.rate / $best.rate)}' "$file"
+      | ({encoding: "bvh", rate: .nif.mrays_per_s, error}, (.against | {encoding: "exact", rate: .mrays_per_s, error}))
+      | $row + . + {ratio: (.rate / $best.rate)}' "$to.$query.json"
   done >"$measured/raced/$name.jsonl.new"
   mv "$measured/raced/$name.jsonl.new" "$measured/raced/$name.jsonl"
 }
@@ -147,6 +137,7 @@ fi
        | ($races | map(select(.query == $query and .threads == $t and (.set | IN($kind[1][])))))
        | select(length > 0) | "| \($query), \($kind[0]), \($t) \(if $t == 1 then "thread" else "threads" end) | \(means) |"),
       "", "Means are geometric. The rays whose visibility, or hit or miss, differs from that of the ground truth are at most \($all | map(.error) | max * 1e6 | round) in a million.",
+      "Threads got at least \($all | map(.cores / .threads) | min * 100 | round) % of a core each; less than 85 % tells of other programs.",
       "", "## Lost: \($lost | length) of \($races | length)", "", ($lost | table),
       "", "## Won", "", ($races | map(select(.ratio >= 1)) | table),
       (if any($all[]; .entrants != []) then

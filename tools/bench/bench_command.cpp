@@ -174,11 +174,13 @@ void run_export(const Arguments& arguments, const Command& command, const Option
 }
 
 void run_scene(const Arguments& arguments, const Command& command) {
-  for (const char* option :
-       {"--mesh", "--fallback", "--against", "--stages", "--device", "--batches", "--precision"})
+  for (const char* option : {"--mesh", "--fallback", "--stages", "--device", "--batches", "--precision"})
     if (command.given(option))
       throw Error(Status::usage,
                   fmt::format("{}: {} is only for an ASSET, not for a scene", arguments.file, option));
+  if (!arguments.against.empty() && !render::is_gltf(arguments.file))
+    throw Error(Status::usage,
+                fmt::format("--against {}: {} names its assets itself", arguments.against, arguments.file));
   const BenchOptions resolved = resolve(arguments);
   const SceneBenchOptions options{.scene = arguments.file,
                                   .asset = arguments.asset,
@@ -190,6 +192,7 @@ void run_scene(const Arguments& arguments, const Command& command) {
                                   .moved = arguments.moved,
                                   .hits = resolved.hits,
                                   .schedule = resolved.schedule,
+                                  .against = resolved.against,
                                   .compare = resolved.compare};
   if (!arguments.folder.empty()) return run_export(arguments, command, options);
   check_plot(arguments);
@@ -264,7 +267,7 @@ void add_bench(Command app) {
       .capture_default_str();
   command.add_option(
       "--against", a->against,
-      "Another .nif file of the same mesh to time in the same rounds, e.g. with another encoding");
+      "Another .nif file of the same mesh or glTF to time in the same rounds, e.g. with another encoding");
   command
       .add_option("--compare", a->compare,
                   fmt::format("Results of another program for the rays of an export ({}), to check and to "

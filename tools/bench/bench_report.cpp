@@ -86,19 +86,6 @@ std::string speed_table(const ThreadRun& run) {
   return table;
 }
 
-/// The results of the other asset on the same rays.
-std::string other_table(const ThreadRun& run, const BenchOptions& options, const BenchResult& result) {
-  if (options.against.empty()) return "";
-  std::string table = fmt::format("\nagainst {}, {}\n{:<14}{:>8}{:>19}{:>20}\n", options.against,
-                                  format_bytes(double(result.against.resident_bytes)), "ray set", "error",
-                                  "it", "nif / other");
-  for (const SetSpeeds& speeds : run.sets)
-    table += fmt::format("{:<14}{:>7.3f}%{:>19}{:>20}\n", bake::name_of(speeds.set),
-                         100 * speeds.against->accuracy.error(), with_spread(speeds.against->rate()),
-                         with_spread(speeds.ratio_to_other()));
-  return table;
-}
-
 /// The results of other programs on the same rays; empty if there are none.
 std::string entrant_table(const ThreadRun& run) {
   std::string rows;
@@ -205,6 +192,18 @@ Json sets_json(const ThreadRun& run, const BenchResult& result) {
   return sets;
 }
 
+std::string other_table(const ThreadRun& run, const std::string& against, const BenchResult& result) {
+  if (against.empty()) return "";
+  std::string table = fmt::format("\nagainst {}, {}\n{:<14}{:>8}{:>19}{:>20}\n", against,
+                                  format_bytes(double(result.against.resident_bytes)), "ray set", "error",
+                                  "it", "nif / other");
+  for (const SetSpeeds& speeds : run.sets)
+    table += fmt::format("{:<14}{:>7.3f}%{:>19}{:>20}\n", bake::name_of(speeds.set),
+                         100 * speeds.against->accuracy.error(), with_spread(speeds.against->rate()),
+                         with_spread(speeds.ratio_to_other()));
+  return table;
+}
+
 std::string with_spread(const Spread& spread) {
   return fmt::format("{} ({}-{})", format_rate(spread.median), format_rate(spread.lowest),
                      format_rate(spread.highest));
@@ -284,7 +283,7 @@ std::string bench_tables(const BenchOptions& options, const BenchResult& result)
   if (options.hits) text += kFirstHitsLine;
   for (const ThreadRun& run : result.runs) {
     text += fmt::format("\n{}\n\n{}{}", count_of(run.threads, "thread"), run_tables(run, result),
-                        other_table(run, options, result));
+                        other_table(run, options.against, result));
     if (&run != &result.runs.front()) text += gain_line(result.runs.front(), run);
   }
   const ThreadRun& first = result.runs.front();
