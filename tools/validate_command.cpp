@@ -61,7 +61,7 @@ uint64_t more_of(const Findings& findings, uint16_t number) {
   return count > Findings::kKept ? count - Findings::kKept : 0;
 }
 
-nlohmann::ordered_json to_json(const Checked& checked) {
+nlohmann::ordered_json checked_json(const Checked& checked) {
   nlohmann::ordered_json json{{"file", checked.file}, {"valid", checked.status == Status::ok}};
   if (!checked.unreadable.empty()) {
     json["error"] = checked.unreadable;
@@ -151,7 +151,7 @@ void run(const Arguments& arguments) {
       first = reason(checked);
     }
     if (arguments.json)
-      files.push_back(to_json(checked));
+      files.push_back(checked_json(checked));
     else
       print(checked, arguments.quiet);
   }

@@ -34,6 +34,7 @@ enum class Status : int {
   malformed_manifest = 25,     ///< not a valid manifest
   needs_repair = 26,           ///< with --strict: a mesh that needs repair, or was not read whole
   malformed_rays = 27,         ///< not a valid file of rays
+  malformed_results = 28,      ///< not valid results of another program for nif bench --compare
 
   // Reading an asset.
   not_a_nif = 30,

@@ -148,6 +148,30 @@ TEST_F(BenchScene, RacesFirstHits) {
   EXPECT_NE(text.out.find("First hits: nifIntersect"), std::string::npos) << text.out;
 }
 
+TEST_F(BenchScene, RacesAnotherAssetOfTheSameScene) {
+  const std::string exact = glb_ + ".exact.nif";
+  ASSERT_EQ(nif({"bake", glb_, "-o", exact, "--encoding", "exact", "--rays", "0", "--quiet"}).code, 0);
+  const std::vector<std::string> words{"--asset", glb_ + ".nif", "--against", exact, "--moved", "3",
+                                       "-j",      "1",           "-j",        "2",   "--set",   "sun"};
+  std::vector<std::string> with_json = words;
+  with_json.push_back("--json");
+  const Outcome outcome = bench(glb_, with_json);
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const json result = json::parse(outcome.out);
+  EXPECT_EQ(result["against"], exact);
+  for (const json& run : result["scaling"]) {
+    const json& set = run["sets"]["sun"];
+    EXPECT_LT(set["against"]["error"].get<double>(), 2e-3);
+    EXPECT_GT(set["against"]["bytes"], std::filesystem::file_size(exact));
+    EXPECT_DOUBLE_EQ(set["against"]["ratio"].get<double>(),
+                     set["nif"]["mrays_per_s"].get<double>() / set["against"]["mrays_per_s"].get<double>());
+  }
+  EXPECT_FALSE(result["moved"]["scaling"][0]["sets"]["sun"].contains("against"));
+  const Outcome text = bench(glb_, words);
+  EXPECT_NE(text.out.find("against " + exact), std::string::npos) << text.out;
+  std::filesystem::remove(exact);
+}
+
 TEST_F(BenchScene, TakesSceneFilesThatNameTheirAssets) {
   // One file twice, another beside it, and a ground and a light that the bench ignores.
   const std::string scene = toml(R"([ground]
@@ -209,9 +233,10 @@ TEST_F(BenchScene, RefusesByName) {
         Refusal{none, {"--asset", asset}, Status::file_not_found, {none}},
         Refusal{glb_, {"--asset", glb_}, Status::not_a_nif, {glb_}},
         Refusal{glb_, {"--asset", asset, "--mesh", ring_}, Status::usage, {"--mesh", "ASSET"}},
-        Refusal{glb_, {"--asset", asset, "--against", asset}, Status::usage, {"--against", "ASSET"}},
+        Refusal{glb_, {"--asset", asset, "--against", ring}, Status::mesh_mismatch, {glb_, ring}},
+        Refusal{whole, {"--against", ring}, Status::usage, {"--against", whole}},
         Refusal{glb_, {"--asset", asset, "--stages"}, Status::usage, {"--stages", "ASSET"}},
-        Refusal{glb_, {"--asset", asset, "--plot", "a.svg"}, Status::usage, {"--plot", "ASSET"}},
+        Refusal{glb_, {"--asset", asset, "--plot", asset}, Status::usage, {"--plot", "overwrite"}},
         Refusal{glb_, {"--asset", asset, "--device", "gpu"}, Status::usage, {"--device", "ASSET"}},
         Refusal{whole, {"--asset", ring}, Status::usage, {"--asset", whole}},
         Refusal{bare, {}, Status::malformed_scene, {bare, "object 1", "ring.obj", "nif"}},

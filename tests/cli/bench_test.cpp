@@ -379,9 +379,9 @@ TEST_F(Bench, PrintsATableAndDrawsAPicture) {
 TEST_F(Bench, AddsUpObjects) {
   size_t base = 0;
   mesh::Mesh second = cube();
-  const std::string mesh =
-      folder_->write("two.obj", obj_object(torus(48, 24), "ring", base) + obj_object(second, "box", base))
-          .string();
+  std::string text = obj_object(torus(48, 24), "ring", base);
+  text += obj_object(second, "box", base);
+  const std::string mesh = folder_->write("two.obj", text).string();
   const std::string asset = path("two.nif");
   ASSERT_EQ(nif({"bake", mesh, "-o", asset, "--preset", "fast", "--resolution", "24", "--encoding", "segment",
                  "--rays", "0", "--quiet"})

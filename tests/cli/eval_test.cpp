@@ -113,12 +113,16 @@ TEST(Eval, OfFirstHits) {
 /// The second object begins with triangles that a bake drops.
 TEST(Eval, OfSourceTriangles) {
   TempDir folder;
-  size_t base = 0;
   mesh::Mesh ring = torus(48, 24), ball = icosphere(3);
   append(ball, torus(48, 24), 1, {4, 0, 0});
   ball.triangles.insert(ball.triangles.begin(), {{0, 0, 1}, ball.triangles[3]});
-  const std::string text = obj_object(ring, "ring", base) + obj_object(ball, "ball", base),
-                    mesh = folder.write("two.obj", text).string(),
+  const auto both = [&] {
+    size_t base = 0;
+    std::string text = obj_object(ring, "ring", base);
+    text += obj_object(ball, "ball", base);
+    return text;
+  };
+  const std::string mesh = folder.write("two.obj", both()).string(),
                     asset = (folder.path() / "two.nif").string();
   for (const std::string encoding : {"exact", "bvh"}) {
     const Outcome baked = nif(
@@ -147,10 +151,8 @@ TEST(Eval, OfSourceTriangles) {
     EXPECT_EQ(info["metadata"]["options"]["source_triangles"], true);
   }
   // Another mesh that has the same triangles except for dropped ones.
-  base = 0;
   ball.triangles.erase(ball.triangles.begin());
-  const std::string other =
-      folder.write("other.obj", obj_object(ring, "ring", base) + obj_object(ball, "ball", base)).string();
+  const std::string other = folder.write("other.obj", both()).string();
   EXPECT_EQ(nif({"eval", asset, "--mesh", other, "--rays", "1000", "--hits"}).code,
             int(Status::mesh_mismatch));
   const Outcome none = nif({"bake", mesh, "-o", asset, "--rays", "0", "--source-triangles", "--max-bytes",

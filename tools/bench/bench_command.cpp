@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <limits>
 #include <memory>
@@ -16,6 +17,8 @@
 #include "tools/bench/bench_gpu.hpp"
 #include "tools/bench/bench_plot.hpp"
 #include "tools/bench/bench_report.hpp"
+#include "tools/bench/entrants.hpp"
+#include "tools/bench/race_export.hpp"
 #include "tools/bench/scene_report.hpp"
 #include "tools/common/json_output.hpp"
 #include "tools/common/measure_options.hpp"
@@ -30,7 +33,8 @@ namespace nif::tools {
 namespace {
 
 struct Arguments : MeasureArguments {
-  std::string file, mesh, asset, against, plot, device = "cpu", precision = "single";
+  std::string file, mesh, asset, against, plot, folder, device = "cpu", precision = "single";
+  std::vector<std::string> compare;
   std::vector<uint32_t> threads;
   uint32_t rounds = 7, moved = 1000;
   std::string embree = "fastest";
@@ -51,6 +55,7 @@ BenchOptions resolve(const Arguments& arguments) {
                        .mesh = arguments.mesh,
                        .configuration = arguments.configuration(),
                        .against = arguments.against,
+                       .compare = arguments.compare,
                        .sets = parse_sets(arguments.sets),
                        .threads = arguments.threads,
                        .fallback = !arguments.fallback.empty(),
@@ -61,7 +66,7 @@ BenchOptions resolve(const Arguments& arguments) {
                        .schedule = {}};
   if (options.sets.empty()) {
     options.sets = {bake::RaySet::outer_lines, bake::RaySet::inner_surface, bake::RaySet::sun};
-    if (options.hits) options.sets.push_back(bake::RaySet::camera);
+    if (options.hits || !arguments.folder.empty()) options.sets.push_back(bake::RaySet::camera);
   }
   const auto all = uint32_t(tbb::info::default_concurrency());
   if (options.threads.empty()) options.threads = {1, 0};
@@ -80,7 +85,9 @@ void check_plot(const Arguments& arguments) {
                 "--plot -: the results go to standard output, so give a file name for the plot");
   }
   std::error_code ignored;
-  for (const std::string& input : {arguments.file, arguments.mesh, arguments.against}) {
+  std::vector<std::string> inputs{arguments.file, arguments.mesh, arguments.asset, arguments.against};
+  inputs.insert(inputs.end(), arguments.compare.begin(), arguments.compare.end());
+  for (const std::string& input : inputs) {
     if (std::filesystem::equivalent(arguments.plot, input, ignored))
       throw Error(Status::usage, fmt::format("--plot {}: the plot would overwrite an input", input));
   }
@@ -99,8 +106,9 @@ void check_hits(const Arguments& arguments) {
 }
 
 /// Speeds measured on a busy machine are of little worth, and only this note tells the user.
-void print_notes(const std::vector<ThreadRun>& runs) {
-  for (const ThreadRun& run : runs) {
+void print_notes(const BenchResult& result) {
+  for (const std::string& note : result.notes) fmt::print(stderr, "nif: note: {}\n", note);
+  for (const ThreadRun& run : result.runs) {
     for (const SetSpeeds& speeds : run.sets) {
       if (speeds.cores > 0.85 * run.threads) continue;
       fmt::print(stderr,
@@ -123,6 +131,7 @@ void run_gpu(const Arguments& arguments, const Command& command) {
   if (!arguments.fallback.empty()) refuse("--fallback");
   if (arguments.hits) refuse("--hits");
   if (!arguments.plot.empty()) refuse("--plot");
+  if (!arguments.compare.empty()) refuse("--compare");
   const BenchOptions resolved = resolve(arguments);
   const GpuBenchOptions options{
       resolved.asset,   resolved.mesh,    resolved.against,         resolved.sets,
@@ -139,12 +148,39 @@ void run_gpu(const Arguments& arguments, const Command& command) {
 
 bool is_scene(const std::string& file) { return render::is_gltf(file) || ending_of(file) == ".toml"; }
 
+void write_plot(const Arguments& arguments, const BenchResult& result, const std::string& measured) {
+  if (arguments.plot.empty()) return;
+  const std::string plot =
+      bench_plot({arguments.file, measured, arguments.rays, arguments.rounds, arguments.hits}, result);
+  write_output(arguments.plot, std::as_bytes(std::span(plot)));
+}
+
+/// Writes what a race asks, instead of measuring. `Options`: of an asset or of a scene.
+template <class Options>
+void run_export(const Arguments& arguments, const Command& command, const Options& options) {
+  constexpr std::array kTakes{"ASSET|SCENE", "--mesh", "--asset",  "--set",  "--rays",
+                              "--seed",      "--hits", "--export", "--json", "--quiet"};
+  for (const std::string& given : command.given())
+    if (std::ranges::find(kTakes, given) == kTakes.end())
+      throw Error(Status::usage,
+                  fmt::format("--export and {} cannot be used together: an export measures nothing", given));
+  Progress progress(arguments.quiet);
+  const nlohmann::ordered_json race = export_race(options, arguments.folder, progress);
+  progress.finish();
+  if (arguments.json)
+    write_json(race);
+  else if (!arguments.quiet)
+    fmt::print("{}", export_summary(race, arguments.folder));
+}
+
 void run_scene(const Arguments& arguments, const Command& command) {
-  for (const char* option :
-       {"--mesh", "--fallback", "--against", "--stages", "--plot", "--device", "--batches", "--precision"})
+  for (const char* option : {"--mesh", "--fallback", "--stages", "--device", "--batches", "--precision"})
     if (command.given(option))
       throw Error(Status::usage,
                   fmt::format("{}: {} is only for an ASSET, not for a scene", arguments.file, option));
+  if (!arguments.against.empty() && !render::is_gltf(arguments.file))
+    throw Error(Status::usage,
+                fmt::format("--against {}: {} names its assets itself", arguments.against, arguments.file));
   const BenchOptions resolved = resolve(arguments);
   const SceneBenchOptions options{.scene = arguments.file,
                                   .asset = arguments.asset,
@@ -155,15 +191,22 @@ void run_scene(const Arguments& arguments, const Command& command) {
                                   .seed = resolved.seed,
                                   .moved = arguments.moved,
                                   .hits = resolved.hits,
-                                  .schedule = resolved.schedule};
+                                  .schedule = resolved.schedule,
+                                  .against = resolved.against,
+                                  .compare = resolved.compare};
+  if (!arguments.folder.empty()) return run_export(arguments, command, options);
+  check_plot(arguments);
   Progress progress(arguments.quiet);
   const SceneBenchResult result = measure_scene(options, progress);
   progress.finish();
-  if (!arguments.quiet) print_notes(result.still.runs);
+  if (!arguments.quiet) print_notes(result.still);
   if (arguments.json)
     write_json(to_json(options, result));
   else
     fmt::print("{}", scene_bench_tables(options, result));
+  write_plot(arguments, result.still,
+             fmt::format("{} of {}", count_of(result.instances, "instance"),
+                         count_of(result.still.triangles, "triangle")));
 }
 
 void run(const Arguments& arguments, const Command& command) {
@@ -174,6 +217,7 @@ void run(const Arguments& arguments, const Command& command) {
                   fmt::format("{}: {} is only for a scene (.toml, .gltf or .glb)", arguments.file, option));
   if (arguments.mesh.empty())
     throw Error(Status::usage, arguments.file + ": --mesh is required: the mesh that it was baked from");
+  if (!arguments.folder.empty()) return run_export(arguments, command, resolve(arguments));
   if (arguments.device != "cpu") return run_gpu(arguments, command);
   if (arguments.batches) throw Error(Status::usage, "--batches is only for a GPU: add --device gpu");
   if (arguments.precision != "single")
@@ -184,16 +228,13 @@ void run(const Arguments& arguments, const Command& command) {
   Progress progress(arguments.quiet);
   const BenchResult result = measure(options, progress);
   progress.finish();
-  if (!arguments.quiet) print_notes(result.runs);
+  if (!arguments.quiet) print_notes(result);
   if (arguments.json) {
     write_json(to_json(options, result));
   } else {
     fmt::print("{}", bench_tables(options, result));
   }
-  if (!arguments.plot.empty()) {
-    const std::string plot = bench_plot(options, result);
-    write_output(arguments.plot, std::as_bytes(std::span(plot)));
-  }
+  write_plot(arguments, result, count_of(result.triangles, "triangle"));
 }
 
 }  // namespace
@@ -226,7 +267,17 @@ void add_bench(Command app) {
       .capture_default_str();
   command.add_option(
       "--against", a->against,
-      "Another .nif file of the same mesh to time in the same rounds, e.g. with another encoding");
+      "Another .nif file of the same mesh or glTF to time in the same rounds, e.g. with another encoding");
+  command
+      .add_option("--compare", a->compare,
+                  fmt::format("Results of another program for the rays of an export ({}), to check and to "
+                              "show beside; may be repeated",
+                              kEntrantSchema))
+      .one_word_each();
+  command.add_option("--export", a->folder,
+                     fmt::format("Measure nothing; write the meshes and the rays of each set to this folder "
+                                 "({}), so that any other program can take part",
+                                 kRaceSchema));
   command.add_flag("--hits", a->hits, "Race first hits (nifIntersect and rtcIntersect) instead of occlusion");
   command.add_flag("--stages", a->stages,
                    "Also time the stages: of spherical objects on one thread, or of the pipeline on a GPU");
@@ -255,6 +306,8 @@ void add_bench(Command app) {
       "  nif bench dragon.nif --mesh dragon.ply.gz --plot dragon.svg\n"
       "  nif bench dragon.nif --mesh dragon.ply.gz --hits\n"
       "  nif bench dragon.nif --mesh dragon.ply.gz --device gpu --stages --batches\n"
+      "  nif bench dragon.nif --mesh dragon.ply.gz --export race\n"
+      "  nif bench dragon.nif --mesh dragon.ply.gz --compare other/results.json --plot dragon.svg\n"
       "  nif bench city.glb --asset city.nif\n"
       "  nif bench scene.toml --set sun --moved 100");
   command.callback([a, command] { run(*a, command); });

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <optional>
 
 #include "formats/base/quantities.hpp"
 #include "tools/bench/bench_report.hpp"
@@ -21,7 +22,7 @@ constexpr double kBarHeight = 15, kBarStep = 20;
 constexpr double kSetHeader = 26, kSetGap = 14;
 constexpr double kPanelHeader = 34, kAxis = 40;
 
-constexpr const char* kNifColour = "#c2410c";
+constexpr const char *kNifColour = "#c2410c", *kEntrantColour = "#0f766e";
 constexpr std::array<const char*, kEmbreeBuilds.size()> kBuildColours{"#475569", "#64748b", "#94a3b8",
                                                                       "#b6c2d2"};
 
@@ -43,12 +44,15 @@ Scale scale_for(const ThreadRun& run) {
   for (const SetSpeeds& speeds : run.sets) {
     most = std::max(most, speeds.rate().highest);
     for (size_t b = 0; b < kEmbreeBuilds.size(); ++b) most = std::max(most, speeds.best(b).rate().highest);
+    for (const EntrantSpeed& one : speeds.entrants) most = std::max(most, one.rate().highest);
   }
   const double step = tick_step(most);
   return {std::ceil(most / step) * step, step};
 }
 
-double height_of(const SetSpeeds&) { return kSetHeader + kBarStep * (1 + kEmbreeBuilds.size()) + kSetGap; }
+double height_of(const SetSpeeds& speeds) {
+  return kSetHeader + kBarStep * double(1 + kEmbreeBuilds.size() + speeds.entrants.size()) + kSetGap;
+}
 
 double height_of(const ThreadRun& run) {
   double height = kPanelHeader + kAxis;
@@ -56,10 +60,18 @@ double height_of(const ThreadRun& run) {
   return height;
 }
 
+/// A name of others, for the space that there is.
+std::string shortened(const std::string& name, size_t most) {
+  if (name.size() <= most) return name;
+  size_t end = most;
+  while (end > 0 && (static_cast<unsigned char>(name[end]) & 0xc0) == 0x80) --end;  // a whole UTF-8 character
+  return name.substr(0, end) + "...";
+}
+
 struct Bar {
   std::string name, call;
   Spread rate;
-  double bytes;
+  std::optional<double> bytes;
   const char* colour;
   bool ours;
 };
@@ -73,7 +85,7 @@ void draw_bar(Svg& svg, const Scale& scale, const Bar& bar, double y) {
   for (double x : {low, high}) svg.line(x, middle - 3, x, middle + 3, "#0f172a");
   svg.text(std::max(end, high) + 6, base, bar.ours ? "nif" : "", format_rate(bar.rate.median));
   svg.text(kCallLeft, base, "note", bar.call);
-  svg.text(kWidth - kMargin, base, bar.ours ? "name nif" : "name", format_bytes(bar.bytes));
+  if (bar.bytes) svg.text(kWidth - kMargin, base, bar.ours ? "name nif" : "name", format_bytes(*bar.bytes));
 }
 
 void draw_set(Svg& svg, const Scale& scale, const SetSpeeds& speeds, const BenchResult& result, double y) {
@@ -94,6 +106,14 @@ void draw_set(Svg& svg, const Scale& scale, const SetSpeeds& speeds, const Bench
               fmt::format("{}{}", bake::name_of(variant.call), variant.coherent ? " coherent" : ""),
               variant.rate(), double(result.embree_bytes[b]), kBuildColours[b], false},
              y);
+  }
+  for (const EntrantSpeed& one : speeds.entrants) {
+    y += kBarStep;
+    const std::optional<double> bytes = one.bytes ? std::optional(double(*one.bytes)) : std::nullopt;
+    draw_bar(
+        svg, scale,
+        {shortened(one.program, 20), shortened(one.variant, 26), one.rate(), bytes, kEntrantColour, false},
+        y);
   }
 }
 
@@ -117,18 +137,17 @@ void draw_run(Svg& svg, const ThreadRun& run, const BenchResult& result, double 
 
 }  // namespace
 
-std::string bench_plot(const BenchOptions& options, const BenchResult& result) {
+std::string bench_plot(const PlotHead& head, const BenchResult& result) {
   Svg svg;
   const std::string title =
-      fmt::format("{} and Embree {}{}", std::filesystem::path(options.asset).filename().string(),
-                  bake::embree_version(), options.hits ? ": first hits" : "");
+      fmt::format("{} and Embree {}{}", std::filesystem::path(head.file).filename().string(),
+                  bake::embree_version(), head.hits ? ": first hits" : "");
   double y = kMargin;
   svg.text(kMargin, y + 14, "title", title);
   svg.text(kMargin, y + 36, "note",
-           fmt::format("{}, {} of each set, median of {} (lines: lowest to highest){}{}",
-                       count_of(result.triangles, "triangle"), count_of(options.rays, "ray"),
-                       count_of(options.schedule.rounds, "round"), processor_name().empty() ? "" : ", ",
-                       processor_name()));
+           fmt::format("{}, {} of each set, median of {} (lines: lowest to highest){}{}", head.measured,
+                       count_of(head.rays, "ray"), count_of(head.rounds, "round"),
+                       processor_name().empty() ? "" : ", ", processor_name()));
   y += 64;
   for (const ThreadRun& run : result.runs) {
     draw_run(svg, run, result, y);

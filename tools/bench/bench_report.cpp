@@ -86,17 +86,44 @@ std::string speed_table(const ThreadRun& run) {
   return table;
 }
 
-/// The results of the other asset on the same rays.
-std::string other_table(const ThreadRun& run, const BenchOptions& options, const BenchResult& result) {
-  if (options.against.empty()) return "";
-  std::string table = fmt::format("\nagainst {}, {}\n{:<14}{:>8}{:>19}{:>20}\n", options.against,
-                                  format_bytes(double(result.against.resident_bytes)), "ray set", "error",
-                                  "it", "nif / other");
-  for (const SetSpeeds& speeds : run.sets)
-    table += fmt::format("{:<14}{:>7.3f}%{:>19}{:>20}\n", bake::name_of(speeds.set),
-                         100 * speeds.against->accuracy.error(), with_spread(speeds.against->rate()),
-                         with_spread(speeds.ratio_to_other()));
-  return table;
+/// The results of other programs on the same rays; empty if there are none.
+std::string entrant_table(const ThreadRun& run) {
+  std::string rows;
+  bool hits = false;
+  for (const SetSpeeds& speeds : run.sets) {
+    for (const EntrantSpeed& one : speeds.entrants) {
+      const auto share = [&](uint64_t count) {
+        return fmt::format("{:.3f}%", 100 * double(count) / double(std::max<uint64_t>(1, one.rays)));
+      };
+      hits = one.hits;
+      const std::string name =
+          fmt::format("{}{}{}", one.program, one.variant.empty() ? "" : " ", one.variant);
+      rows += fmt::format("{:<14}{:<30}{:>9}{:>9}{:>8}", bake::name_of(speeds.set), name,
+                          one.bytes ? format_bytes(double(*one.bytes)) : "", share(one.differing), one.wrong);
+      if (one.hits) rows += fmt::format("{:>10}{:>8}", share(one.displaced), one.misplaced);
+      rows += fmt::format("{:>19}{:>11}{:>14}\n", with_spread(one.rate()), format_rate(speeds.ratio_to(one)),
+                          format_rate(speeds.best().rate().median / one.rate().median));
+    }
+  }
+  if (rows.empty()) return rows;
+  std::string head =
+      fmt::format("\nOther programs, which timed themselves at another time\n{:<14}{:<30}{:>9}{:>9}{:>8}",
+                  "ray set", "program", "memory", "differ", "wrong");
+  if (hits) head += fmt::format("{:>10}{:>8}", "t differs", "wrong");
+  return head + fmt::format("{:>19}{:>11}{:>14}\n", "it", "nif / it", "Embree / it") + rows;
+}
+
+Json entrant_json(const SetSpeeds& speeds, const EntrantSpeed& one) {
+  const Spread rate = one.rate();
+  Json json{{"program", one.program},     {"file", one.file},      {"passes", one.rates.size()},
+            {"mrays_per_s", rate.median}, {"lowest", rate.lowest}, {"highest", rate.highest},
+            {"differing", one.differing}, {"wrong", one.wrong},    {"ratio", speeds.ratio_to(one)}};
+  if (!one.variant.empty()) json["variant"] = one.variant;
+  if (one.bytes) json["bytes"] = *one.bytes;
+  if (one.hits)
+    json["hits"] = {{"compared", one.compared}, {"displaced", one.displaced}, {"misplaced", one.misplaced}};
+  if (one.named) json["hits"]["other"] = one.other;
+  return json;
 }
 
 /// The fastest call of each Embree build, to show its bytes beside its speed.
@@ -150,6 +177,8 @@ Json sets_json(const ThreadRun& run, const BenchResult& result) {
         {"variants", std::move(variants)}};
     if (speeds.behind) sets[std::string(bake::name_of(speeds.set))]["behind"] = name_of(*speeds.behind);
     if (speeds.stages) sets[std::string(bake::name_of(speeds.set))]["stages"] = stages_json(*speeds.stages);
+    for (const EntrantSpeed& one : speeds.entrants)
+      sets[std::string(bake::name_of(speeds.set))]["entrants"].push_back(entrant_json(speeds, one));
     if (!speeds.against) continue;
     const Spread to_other = speeds.ratio_to_other();
     Json against = rate_json(speeds.against->rate(), result.against.resident_bytes);
@@ -161,6 +190,18 @@ Json sets_json(const ThreadRun& run, const BenchResult& result) {
     sets[std::string(bake::name_of(speeds.set))]["against"] = std::move(against);
   }
   return sets;
+}
+
+std::string other_table(const ThreadRun& run, const std::string& against, const BenchResult& result) {
+  if (against.empty()) return "";
+  std::string table = fmt::format("\nagainst {}, {}\n{:<14}{:>8}{:>19}{:>20}\n", against,
+                                  format_bytes(double(result.against.resident_bytes)), "ray set", "error",
+                                  "it", "nif / other");
+  for (const SetSpeeds& speeds : run.sets)
+    table += fmt::format("{:<14}{:>7.3f}%{:>19}{:>20}\n", bake::name_of(speeds.set),
+                         100 * speeds.against->accuracy.error(), with_spread(speeds.against->rate()),
+                         with_spread(speeds.ratio_to_other()));
+  return table;
 }
 
 std::string with_spread(const Spread& spread) {
@@ -182,7 +223,7 @@ std::string gain_line(const ThreadRun& first, const ThreadRun& more) {
 }
 
 std::string run_tables(const ThreadRun& run, const BenchResult& result) {
-  return speed_table(run) + "\n" + build_table(run, result);
+  return speed_table(run) + "\n" + build_table(run, result) + entrant_table(run);
 }
 
 nlohmann::ordered_json embree_bytes_json(const BenchResult& result) {
@@ -220,6 +261,7 @@ nlohmann::ordered_json to_json(const BenchOptions& options, const BenchResult& r
               {"parts", parts_json(result.parts)},
               {"embree", embree_bytes_json(result)}}}};
   if (!options.against.empty()) json["against"] = options.against;
+  if (!options.compare.empty()) json["compare"] = options.compare;
   if (options.fallback) json["fallback"] = "embree";
   if (options.hits) json["hits"] = true;
   return json;
@@ -241,7 +283,7 @@ std::string bench_tables(const BenchOptions& options, const BenchResult& result)
   if (options.hits) text += kFirstHitsLine;
   for (const ThreadRun& run : result.runs) {
     text += fmt::format("\n{}\n\n{}{}", count_of(run.threads, "thread"), run_tables(run, result),
-                        other_table(run, options, result));
+                        other_table(run, options.against, result));
     if (&run != &result.runs.front()) text += gain_line(result.runs.front(), run);
   }
   const ThreadRun& first = result.runs.front();

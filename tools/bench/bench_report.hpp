@@ -22,6 +22,8 @@ std::string bench_tables(const BenchOptions& options, const BenchResult& result)
 /// docs/benchmark.md explains; and as tables, with the bytes of `result`.
 nlohmann::ordered_json sets_json(const ThreadRun& run, const BenchResult& result);
 std::string run_tables(const ThreadRun& run, const BenchResult& result);
+/// The results of the other asset, whose file is `against`; empty if there is none.
+std::string other_table(const ThreadRun& run, const std::string& against, const BenchResult& result);
 /// By Embree build.
 nlohmann::ordered_json embree_bytes_json(const BenchResult& result);
 

@@ -7,6 +7,7 @@
 #include <algorithm>
 
 #include "formats/base/status.hpp"
+#include "tools/bench/entrants.hpp"
 #include "tools/bench/race.hpp"
 #include "tools/common/interruption.hpp"
 #include "tools/common/measured_asset.hpp"
@@ -69,6 +70,7 @@ Spread SetSpeeds::ratio_to_other() const {
 }
 
 BenchResult measure(const BenchOptions& options, Progress& progress) {
+  const std::vector<EntrantFile> entrants = read_entrants(options.compare);
   const MeasuredAsset asset(options.asset, options.mesh, options.configuration, progress);
   std::optional<MeasuredAsset> against;
   if (!options.against.empty())
@@ -109,7 +111,7 @@ BenchResult measure(const BenchOptions& options, Progress& progress) {
       std::optional<bake::EmbreeScene> behind;
       if (options.fallback)
         behind.emplace(prepared.surface.positions, prepared.surface.triangles, bake::EmbreeBuild::standard);
-      const uint64_t rays = std::max<uint64_t>(1, options.rays / subjects.size());
+      const uint64_t rays = rays_of_each(options.rays, subjects.size());
       for (bake::RaySet set : options.sets) {
         go_on(0, fmt::format("drawing {} of {}", bake::name_of(set), asset.name(i)));
         subjects[i].sets.push_back(bake::make_ray_set(truth.source(), set, rays, options.seed));
@@ -131,7 +133,19 @@ BenchResult measure(const BenchOptions& options, Progress& progress) {
     }
   }
 
+  std::vector<const bake::Prepared*> objects;
+  std::vector<const std::vector<bake::RaysWithTruth>*> rays;
+  for (size_t i = 0; i < subjects.size(); ++i) {
+    objects.push_back(&asset.objects()[i]);
+    rays.push_back(&subjects[i].sets);
+  }
+  const std::vector<JudgedEntrant> judged =
+      judge_entrants(entrants, race_of_objects(std::move(objects), options.sets, rays), options.threads,
+                     options.hits, [&](const std::string& text) { go_on(0, text); });
+  result.notes = entrant_notes(entrants);
+
   result.runs = race_sets(subjects, options.sets, options.threads, options.schedule, go_on);
+  add_entrants(judged, result.runs);
   if (options.stages) {
     for (SetSpeeds& speeds : result.runs.front().sets) {
       const auto index =

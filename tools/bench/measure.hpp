@@ -1,6 +1,7 @@
 // The measurements of `nif bench`: an asset and Embree on the same rays, in the same rounds.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <string>
@@ -51,6 +52,26 @@ struct AssetSpeed {
   Spread rate() const { return spread_of(rates); }
 };
 
+/// Another program that answered the same rays, and timed itself (entrants.hpp). Counts are of rays.
+struct EntrantSpeed {
+  std::string program;        ///< its name and version
+  std::string variant;        ///< may be empty
+  std::string file;           ///< that states this
+  std::vector<double> rates;  ///< by pass
+  std::optional<uint64_t> bytes;
+  uint64_t rays = 0;
+  uint64_t differing = 0;  ///< with another visibility, or hit or miss, than the ground truth
+  uint64_t wrong = 0;      ///< of those, where the truth is not in doubt
+  bool hits = false;       ///< it found first hits; otherwise the following stays 0
+  uint64_t compared = 0;   ///< both sides have a first hit
+  uint64_t displaced = 0;  ///< of those, more than kSameHit apart
+  uint64_t misplaced = 0;  ///< of those, where rounding does not explain it
+  bool named = false;      ///< it names triangles or instances
+  uint64_t other = 0;      ///< hits in the same place, but on another triangle or instance
+
+  Spread rate() const { return spread_of(rates); }
+};
+
 struct SetSpeeds {
   bake::RaySet set;
   bake::Accuracy accuracy;            ///< of the asset, on exactly the rays of the race
@@ -60,7 +81,8 @@ struct SetSpeeds {
   std::optional<AssetSpeed> against;  ///< of the other asset, if there is one
   /// Cores that the threads used while the clock ran, from the system's account of processor time.
   double cores = 0;
-  std::vector<EmbreeVariant> embree;  ///< fastest first, by median; eliminated ones last
+  std::vector<EmbreeVariant> embree;   ///< fastest first, by median; eliminated ones last
+  std::vector<EntrantSpeed> entrants;  ///< in the order of their files
 
   Spread rate() const { return spread_of(rates); }
   const EmbreeVariant& best() const { return embree.front(); }
@@ -70,6 +92,8 @@ struct SetSpeeds {
   Spread ratio_to_best() const;
   /// Speed as a multiple of the other asset: ratio of the medians, with the spread over rounds.
   Spread ratio_to_other() const;
+  /// Speed as a multiple of an entrant: ratio of the medians. It ran at another time, so there is no spread.
+  double ratio_to(const EntrantSpeed& entrant) const { return rate().median / entrant.rate().median; }
 };
 
 struct ThreadRun {
@@ -81,6 +105,7 @@ struct BenchOptions {
   std::string asset, mesh;
   std::string configuration;  ///< of the runtime's device
   std::string against;        ///< another asset of the same mesh to race in the same rounds; may be empty
+  std::vector<std::string> compare = {};  ///< files of other programs (entrants.hpp)
   std::vector<bake::RaySet> sets;
   std::vector<uint32_t> threads;
   bool fallback = false;  ///< proofs in front of Embree's BVHs, instead of the asset alone
@@ -98,7 +123,13 @@ struct BenchResult {
   std::string isa;
   std::array<uint64_t, kEmbreeBuilds.size()> embree_bytes{};
   std::vector<ThreadRun> runs;
+  std::vector<std::string> notes;  ///< one sentence each
 };
+
+/// Rays of a set for each object, if all of them get `rays`.
+constexpr uint64_t rays_of_each(uint64_t rays, size_t objects) {
+  return std::max<uint64_t>(1, rays / objects);
+}
 
 /// Throws nif::Error; Error(interrupted) soon after a signal arrives.
 BenchResult measure(const BenchOptions& options, Progress& progress);

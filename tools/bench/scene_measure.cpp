@@ -8,10 +8,12 @@
 #include <algorithm>
 #include <deque>
 #include <numeric>
+#include <optional>
 
 #include "formats/base/quantities.hpp"
 #include "formats/base/status.hpp"
 #include "tools/bench/bench_scene.hpp"
+#include "tools/bench/entrants.hpp"
 #include "tools/bench/race.hpp"
 #include "tools/common/interruption.hpp"
 
@@ -76,6 +78,7 @@ void draw_sets(const SceneBenchOptions& options, std::span<const bake::Placed> i
                const BenchScene& scene, Subject& subject, const GoOn& go_on) {
   subject.sets.clear();
   subject.accuracies.clear();
+  subject.against_accuracies.clear();
   go_on(0, "building the scene for the ground truth");
   const bake::SceneTruth truth(scene.objects(), instances);
   for (const bake::RaySet set : options.sets) {
@@ -83,6 +86,9 @@ void draw_sets(const SceneBenchOptions& options, std::span<const bake::Placed> i
     subject.sets.push_back(bake::make_ray_set(truth.source(), set, options.rays, options.seed));
     subject.accuracies.push_back(bake::evaluate(
         subject.sets.back(), runtime_answerer(subject.scenes.front().handle), truth.source().embree));
+    if (!subject.against.empty())
+      subject.against_accuracies.push_back(bake::evaluate(
+          subject.sets.back(), runtime_answerer(subject.against.front().handle), truth.source().embree));
   }
 }
 
@@ -151,18 +157,17 @@ uint64_t race_moves(const SceneBenchOptions& options, const Moves& moves, Subjec
   return done.front() - 1;
 }
 
-void add_bytes(const BenchScene& scene, const Subject& subject, SceneBenchResult& result) {
+/// Returns the share of the scene itself.
+uint64_t add_bytes(const BenchScene& scene, const Scene& in_runtime, NifAssetInfo& sum) {
   for (const std::unique_ptr<MeasuredAsset>& asset : scene.assets()) {
-    result.still.info.file_bytes += asset->info().file_bytes;
-    result.still.info.resident_bytes += asset->info().resident_bytes;
+    sum.file_bytes += asset->info().file_bytes;
+    sum.resident_bytes += asset->info().resident_bytes;
   }
   NifSceneInfo info{};
   info.struct_size = sizeof(info);
-  check(nifGetSceneInfo(subject.scenes.front().handle, &info));
-  result.scene_bytes = info.resident_bytes;
-  result.still.info.resident_bytes += info.resident_bytes;
-  for (size_t b = 0; b < kEmbreeBuilds.size(); ++b)
-    result.still.embree_bytes[b] = uint64_t(subject.embree[b]->memory().bvh);
+  check(nifGetSceneInfo(in_runtime.handle, &info));
+  sum.resident_bytes += info.resident_bytes;
+  return info.resident_bytes;
 }
 
 }  // namespace
@@ -181,7 +186,11 @@ size_t MovedRun::best() const {
 }
 
 SceneBenchResult measure_scene(const SceneBenchOptions& options, Progress& progress) {
+  const std::vector<EntrantFile> entrants = read_entrants(options.compare);
   const BenchScene scene(options.scene, options.asset, options.configuration, progress);
+  std::optional<BenchScene> against;
+  if (!options.against.empty())
+    against.emplace(options.scene, options.against, options.configuration, progress);
   const std::atomic<bool>& cancel = interruption();
   const GoOn go_on = [&](double fraction, const std::string& text) {
     if (cancel) throw Error(Status::interrupted, "the benchmark was cancelled");
@@ -199,18 +208,30 @@ SceneBenchResult measure_scene(const SceneBenchOptions& options, Progress& progr
   subject.instances = true;
   subject.hits = options.hits;
   go_on(0, "building the runtime's scene");
-  for (const uint32_t threads : options.threads) subject.scenes.push_back(scene.scene(threads));
+  for (const uint32_t threads : options.threads) {
+    subject.scenes.push_back(scene.scene(threads));
+    if (against) subject.against.push_back(against->scene(threads));
+  }
   draw_sets(options, scene.instances(), scene, subject, go_on);
+  const std::vector<JudgedEntrant> judged =
+      judge_entrants(entrants, race_of_scene(scene.objects(), scene.instances(), options.sets, subject.sets),
+                     options.threads, options.hits, [&](const std::string& text) { go_on(0, text); });
+  result.still.notes = entrant_notes(entrants);
   const std::vector<bake::EmbreeObject> objects = bake::embree_objects(scene.objects());
   for (size_t b = 0; b < kEmbreeBuilds.size(); ++b) {
     go_on(0, fmt::format("building Embree's {} BVHs", name_of(kEmbreeBuilds[b])));
     subject.embree[b] = std::make_unique<bake::EmbreeScene>(objects, scene.instances(), kEmbreeBuilds[b]);
   }
-  add_bytes(scene, subject, result);
+  result.scene_bytes = add_bytes(scene, subject.scenes.front(), result.still.info);
+  if (against) add_bytes(*against, subject.against.front(), result.still.against);
+  for (size_t b = 0; b < kEmbreeBuilds.size(); ++b)
+    result.still.embree_bytes[b] = uint64_t(subject.embree[b]->memory().bvh);
   const double still = options.moved == 0 ? 1 : 0.48;
   result.still.runs = race_sets(subjects, options.sets, options.threads, options.schedule,
                                 [&](double done, const std::string& text) { go_on(still * done, text); });
+  add_entrants(judged, result.still.runs);
   if (options.moved == 0) return result;
+  subject.against.clear();
 
   const Moves moves(scene, options.moved, options.seed);
   result.moved_instances = moves.count();

@@ -15,6 +15,8 @@ struct SceneBenchOptions {
   uint32_t moved;  ///< number of instances to move; 0: none, and moves are not measured
   bool hits;       ///< race first hits, not occlusion
   Schedule schedule;
+  std::string against = {};  ///< another asset of the same glTF, which races until something moves
+  std::vector<std::string> compare = {};  ///< files of other programs (entrants.hpp), about the unmoved scene
 };
 
 /// Milliseconds to move instances.

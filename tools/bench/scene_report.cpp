@@ -66,6 +66,8 @@ nlohmann::ordered_json to_json(const SceneBenchOptions& options, const SceneBenc
                {"sets", sets_json(still.runs.front(), still)},
                {"scaling", std::move(scaling)}});
   if (options.hits) json["hits"] = true;
+  if (!options.against.empty()) json["against"] = options.against;
+  if (!options.compare.empty()) json["compare"] = options.compare;
   if (!result.moved.empty()) {
     SceneJson runs = SceneJson::array();
     for (const MovedRun& moved : result.moved) runs.push_back(moved_json(moved, still));
@@ -98,7 +100,8 @@ std::string scene_bench_tables(const SceneBenchOptions& options, const SceneBenc
       on_processor(), count_of(options.schedule.rounds, "round"));
   if (options.hits) text += kFirstHitsLine;
   for (const ThreadRun& run : still.runs) {
-    text += fmt::format("\n{}\n\n{}", count_of(run.threads, "thread"), run_tables(run, still));
+    text += fmt::format("\n{}\n\n{}{}", count_of(run.threads, "thread"), run_tables(run, still),
+                        other_table(run, options.against, still));
     if (&run != &still.runs.front()) text += gain_line(still.runs.front(), run);
   }
   for (const MovedRun& moved : result.moved)

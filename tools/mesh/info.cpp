@@ -43,14 +43,14 @@ struct Arguments : RunArguments {
 };
 
 /// For one mesh or for all of them.
-struct Findings {
+struct InspectedMesh {
   inspect::Inspection mesh;
   std::optional<cgal::SelfIntersections> intersections;  ///< if they were searched
 };
 
 struct Results {
-  std::vector<Findings> meshes;
-  Findings all;
+  std::vector<InspectedMesh> meshes;
+  InspectedMesh all;
   std::string why_not;  ///< why self-intersections were not searched
 };
 
@@ -78,7 +78,8 @@ Results look_at(const Arguments& arguments, const mesh::Scene& scene, Progress& 
     require_memory(mesh.triangles.size() * (intersections ? 300 : 150),
                    arguments.input + ": inspecting its triangles");
     progress.update(fraction, "counting edges of '" + mesh.name + "'");
-    Findings& found = results.meshes.emplace_back(Findings{inspect::inspect(mesh, !arguments.by_index), {}});
+    InspectedMesh& found =
+        results.meshes.emplace_back(InspectedMesh{inspect::inspect(mesh, !arguments.by_index), {}});
     results.all.mesh += found.mesh;
     if (!intersections) continue;
     progress.update(fraction, "looking for self-intersections of '" + mesh.name + "'");
@@ -98,7 +99,7 @@ Results look_at(const Arguments& arguments, const mesh::Scene& scene, Progress& 
   return results;
 }
 
-Json json_of(const Findings& found) {
+Json json_of(const InspectedMesh& found) {
   Json json = to_json(found.mesh);
   json["self_intersections"] = found.intersections ? Json{{"pairs", found.intersections->pairs},
                                                           {"triangles", found.intersections->triangles}}
