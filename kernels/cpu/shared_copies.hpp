@@ -7,9 +7,13 @@
 #include <cstdint>
 #include <map>
 #include <memory_resource>
+#include <utility>
 #include <vector>
 
 namespace nif::kernels::cpu {
+
+/// What is copied.
+enum class Copied : uint8_t { weights, triangles };
 
 class SharedCopies {
  public:
@@ -22,20 +26,21 @@ class SharedCopies {
 
   /// The copy of data at `originals`; its address does not change. If there is none yet, fill(copy) makes it.
   template <class Fill>
-  const Words& get(const Originals& originals, const Fill& fill) {
-    const auto [at, is_new] = copies_.try_emplace(originals);
+  const Words& get(Copied kind, const Originals& originals, const Fill& fill) {
+    const auto [at, is_new] = copies_.try_emplace({kind, originals});
     if (is_new) fill(at->second);
     return at->second;
   }
 
-  size_t resident_bytes() const {
+  size_t resident_bytes(Copied kind) const {
     size_t bytes = 0;
-    for (const auto& [originals, copy] : copies_) bytes += copy.capacity() * sizeof(copy[0]);
+    for (const auto& [key, copy] : copies_)
+      if (key.first == kind) bytes += copy.capacity() * sizeof(copy[0]);
     return bytes;
   }
 
  private:
-  std::pmr::map<Originals, Words> copies_;
+  std::pmr::map<std::pair<Copied, Originals>, Words> copies_;
 };
 
 }  // namespace nif::kernels::cpu

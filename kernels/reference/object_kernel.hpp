@@ -54,6 +54,8 @@ inline constexpr size_t kKernelScratchBytes = 512 * 1024;
 struct BuiltBytes {
   size_t traversal_words = 0;  ///< kernels/packed/traversal_words.hpp
   size_t corner_bricks = 0;    ///< kernels/packed/corner_bricks.hpp
+  /// kernels/cpu/triangles/decoded_tree.hpp. Objects with the same triangles share it.
+  size_t decoded_triangles = 0;
 };
 
 class ObjectKernel {

@@ -15,7 +15,9 @@ struct PackedExactField {
   TraversalGrid grid;
   BvhTree tree;
 
-  BuiltBytes built_bytes() const { return {grid.resident_bytes(), 0}; }
+  BuiltBytes built_bytes() const {
+    return {.traversal_words = grid.resident_bytes(), .decoded_triangles = tree.decoded.bytes};
+  }
 };
 
 /// The field's memory must outlive the kernel.

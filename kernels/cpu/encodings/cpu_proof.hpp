@@ -12,7 +12,7 @@ struct PackedPlanesField {
   PlanesField field;
   TraversalGrid grid;
 
-  BuiltBytes built_bytes() const { return {grid.resident_bytes(), 0}; }
+  BuiltBytes built_bytes() const { return {.traversal_words = grid.resident_bytes()}; }
 };
 
 /// The field's memory must outlive the kernel.

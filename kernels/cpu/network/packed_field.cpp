@@ -15,7 +15,7 @@ void use_copy(Network& network, SharedCopies& copies) {
   for (uint32_t l = 0; l < network.layer_count; ++l)
     words += network.layers[l].outputs * (1 + network.layers[l].inputs / 4);
   const uint32_t* at = copies
-                           .get({network.layers[0].biases},
+                           .get(Copied::weights, {network.layers[0].biases},
                                 [&](SharedCopies::Words& copy) {
                                   copy.resize(words);
                                   uint32_t* to = copy.data();

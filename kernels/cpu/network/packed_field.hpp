@@ -17,7 +17,9 @@ struct PackedField : SegmentField {
   TraversalGrid grid;
   bool reads_field;  ///< if corners_by_brick is not complete
 
-  BuiltBytes built_bytes() const { return {grid.resident_bytes(), corners_by_brick.resident_bytes()}; }
+  BuiltBytes built_bytes() const {
+    return {.traversal_words = grid.resident_bytes(), .corner_bricks = corners_by_brick.resident_bytes()};
+  }
 };
 
 /// Both features of a corner; 0 if it has none.

@@ -17,7 +17,7 @@ inline SphericalField with_single_weights(SphericalField field, SharedCopies& co
     if (!halves.half) continue;
     const size_t size = spherical_weights(*network);
     const uint32_t* words = copies
-                                .get({halves.data},
+                                .get(Copied::weights, {halves.data},
                                      [&](SharedCopies::Words& copy) {
                                        copy.resize(size);
                                        uint32_t* to = copy.data();

@@ -231,8 +231,8 @@ DecodedTree decode(const TrianglesField& field, size_t most_bytes, SharedCopies&
   // Its size is not known before; but each triangle is stored, at best with three others.
   if (size_t{field.triangle_count} * sizeof(DecodedLeaf) / kBvhLeafTriangles > most_bytes) return {};
   // The first word is the number of nodes, 0 if there is no copy.
-  const SharedCopies::Words& copy =
-      copies.get({field.nodes, field.vertices, field.triangles}, [&](SharedCopies::Words& words) {
+  const SharedCopies::Words& copy = copies.get(
+      Copied::triangles, {field.nodes, field.vertices, field.triangles}, [&](SharedCopies::Words& words) {
         Decoder decoder(field, most_bytes, memory);
         words.assign(1, 0);
         if (!decoder.run()) return;
@@ -245,7 +245,7 @@ DecodedTree decode(const TrianglesField& field, size_t most_bytes, SharedCopies&
       });
   if (copy[0] == 0) return {};
   const auto* const nodes = reinterpret_cast<const DecodedNode*>(aligned(copy.data() + 1));
-  return {nodes, reinterpret_cast<const DecodedLeaf*>(nodes + copy[0])};
+  return {nodes, reinterpret_cast<const DecodedLeaf*>(nodes + copy[0]), copy.capacity() * sizeof(copy[0])};
 }
 
 }  // namespace nif::kernels::cpu

@@ -48,6 +48,7 @@ static_assert(sizeof(DecodedLeaf) == 160);
 struct DecodedTree {
   const DecodedNode* nodes = nullptr;  ///< the first is the root; null if the object is not decoded
   const DecodedLeaf* leaves = nullptr;
+  size_t bytes = 0;
 };
 
 /// Decodes an object if that takes at most `most_bytes`. The copy belongs to `copies`.

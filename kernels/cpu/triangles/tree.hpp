@@ -7,6 +7,8 @@
 namespace nif::kernels::cpu {
 
 struct BvhTree {
+  BuiltBytes built_bytes() const { return {.decoded_triangles = decoded.bytes}; }
+
   TrianglesField field;
   DecodedTree decoded;  ///< empty if the object is too large
   /// No plane of any node's frame, used or not, lies farther from the origin of object space along any axis.

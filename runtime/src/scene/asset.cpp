@@ -122,7 +122,7 @@ class Parts {
       const uint64_t file = asset.file_parts[i];
       add(now[i].name, file, (kept ? file : 0) + now[i].decoded);
       if (std::string_view(now[i].name) == "network")
-        parts_[count_ - 1].resident_bytes += asset.copies.resident_bytes();
+        parts_[count_ - 1].resident_bytes += asset.copies.resident_bytes(kernels::cpu::Copied::weights);
       rest -= file;
     }
     add("metadata", view.metadata.size(), view.metadata.size());
@@ -137,6 +137,7 @@ class Parts {
     }
     add("traversal_words", 0, built.traversal_words);
     add("corner_bricks", 0, built.corner_bricks);
+    add("decoded_triangles", 0, asset.copies.resident_bytes(kernels::cpu::Copied::triangles));
     add("views", 0, sizeof(NifAssetObject) + asset.name.capacity() + view.view_bytes() + kernels);
   }
 
@@ -152,7 +153,7 @@ class Parts {
     parts_[count_++] = {0, name, file, resident};
   }
 
-  std::array<NifPartInfo, format::FileParts::kMost + 5> parts_;
+  std::array<NifPartInfo, format::FileParts::kMost + 6> parts_;
   size_t count_ = 0;
 };
 
@@ -200,8 +201,8 @@ NifObjectInfo describe_object(const NifAssetObject& asset, uint32_t object) {
   if (view.unsupported) return info;
   info.encoding = format::encoding_of(view).number;
   const kernels::BuiltBytes built = asset.kernels[object]->built_bytes();
-  info.resident_bytes =
-      bytes_of(view) + sizeof(format::ObjectView) + built.traversal_words + built.corner_bricks;
+  info.resident_bytes = bytes_of(view) + sizeof(format::ObjectView) + built.traversal_words +
+                        built.corner_bricks + built.decoded_triangles;
   for (uint32_t kind = format::kSourceTriangles; kind <= format::kMostNumbers; ++kind)
     if (const auto* numbers = asset.view.numbers_of(object, format::NumbersKind(kind))) {
       info.resident_bytes += numbers->bytes;
