@@ -372,19 +372,19 @@ TEST(Merge, WhatAFileAnimatesOrSkinsMoves) {
 struct Crane {
   Gltf gltf;
   Crane() {
-    gltf.node({{"name", "base"}, {"mesh", ball()}, {"children", {2, 8}}});
-    gltf.node({{"name", "ground"}, {"mesh", ball()}, {"translation", {0, -4, 0}}});
+    gltf.node({{"name", "base"}, {"mesh", box()}, {"children", {2, 8}}});
+    gltf.node({{"name", "ground"}, {"mesh", box()}, {"translation", {0, -4, 0}}});
     gltf.node({{"name", "arm"},
-               {"mesh", ball()},
+               {"mesh", box()},
                {"translation", {2, 8, 0}},
                {"scale", {2, 2, 2}},
                {"children", {3, 5}}});
     gltf.node({{"name", "rope"}, {"children", {4}}, {"translation", {4, 0, 0}}});
-    gltf.node({{"name", "hook"}, {"mesh", ball()}, {"translation", {0, -0.5, 0}}});
+    gltf.node({{"name", "hook"}, {"mesh", box()}, {"translation", {0, -0.5, 0}}});
     gltf.node({{"name", "wheel"}, {"children", {6, 7}}, {"translation", {0, 0, 3}}});
-    gltf.node({{"name", "tyre"}, {"mesh", ball()}, {"scale", {-1, 1, 1}}});
-    gltf.node({{"name", "rim"}, {"mesh", ball()}, {"translation", {1, 0, 0}}});
-    gltf.node({{"name", "pulley"}, {"mesh", ball()}, {"translation", {0, 0, 7}}});
+    gltf.node({{"name", "tyre"}, {"mesh", box()}, {"scale", {-1, 1, 1}}});
+    gltf.node({{"name", "rim"}, {"mesh", box()}, {"translation", {1, 0, 0}}});
+    gltf.node({{"name", "pulley"}, {"mesh", box()}, {"translation", {0, 0, 7}}});
     gltf.scene({0, 1});
     nlohmann::json channels = nlohmann::json::array();
     for (const int node : {2, 5, 8})
@@ -392,9 +392,11 @@ struct Crane {
     gltf.json["animations"] = {{{"samplers", nlohmann::json::array()}, {"channels", channels}}};
   }
 
-  int ball() {
-    const mesh::Mesh shape = torus(8 + 2 * count_, 4);
+  int box() {
+    mesh::Mesh shape = cube();
     ++count_;
+    for (mesh::Float3& p : shape.positions)  // sums of these are exact
+      for (float& x : p) x *= 1 + 0.125f * float(count_);
     std::vector<uint32_t> corners;
     for (const auto& t : shape.triangles) corners.insert(corners.end(), t.begin(), t.end());
     return gltf.mesh(gltf.positions(shape.positions), gltf.indices(corners));
