@@ -405,7 +405,7 @@ TEST_F(MergedByDefault, ASingleMeshIsAsItWas) {
   EXPECT_EQ(read_bytes(path("ring.nif")), read_bytes(path("apart.nif")));
 }
 
-TEST_F(MergedByDefault, WhereObjectsMayGetVoxelsAllStayApart) {
+TEST_F(MergedByDefault, WhereVoxelsDecideOnQualityAllStayApart) {
   for (const std::vector<std::string>& options :
        {std::vector<std::string>{"--encoding", "proof"}, {"--colors"}, {"--max-bytes", "10MB"}}) {
     const json report = bake(town_, path("apart.nif"), options);

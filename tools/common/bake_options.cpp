@@ -44,8 +44,9 @@ std::string encoding_of(const BakeArguments& arguments) {
   return arguments.encoding.value_or(arguments.preset == "paper" ? "spherical" : "auto");
 }
 
-/// What keeps objects apart by default: options with which objects may get grids. Each grid has a limited
-/// number of voxels, so one for the whole scene would be coarse. Empty if nothing does.
+/// What keeps objects apart by default: options with which the quality of answers may depend on the size of
+/// voxels. A grid has a limited number of these, so one for the whole scene would be coarse. Empty if nothing
+/// does.
 std::string why_apart(const BakeArguments& arguments) {
   const std::string encoding = encoding_of(arguments);
   const std::optional<bake::AnswerKind> kind = bake::kind_of(encoding);
@@ -267,7 +268,7 @@ void add_bake_options(Command command, BakeArguments& arguments) {
   command.add_flag("--no-merge", arguments.no_merge,
                    "Keep an object for each mesh, and an instance for each place: for programs that move or "
                    "hide meshes that no animation moves, and for nif attach. With --colors, --max-bytes and "
-                   "learned encodings this is the default");
+                   "encodings that are not exact, this is the default");
   command
       .add_option("--merge-nodes", arguments.merge_nodes,
                   "Merge only nodes with this name, and everything below them. May contain *, ? and [...], "
