@@ -51,6 +51,7 @@ std::string why_apart(const BakeArguments& arguments) {
   const std::string encoding = encoding_of(arguments);
   const std::optional<bake::AnswerKind> kind = bake::kind_of(encoding);
   if (kind && *kind != bake::AnswerKind::exact) return "--encoding " + encoding;
+  if (arguments.spherical.view) return "--view";
   if (arguments.colors) return "--colors";
   if (!arguments.max_bytes.empty()) return "--max-bytes";
   return "";
