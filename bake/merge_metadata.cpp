@@ -16,7 +16,7 @@ namespace {
 using Json = nlohmann::json;
 using nlohmann::ordered_json;
 
-ordered_json parts_of(const mesh::Scene& scene, const mesh::MergedInstance& merged, bool with_triangles) {
+ordered_json parts_of(const mesh::Scene& scene, const mesh::MergedInstance& merged) {
   ordered_json names = ordered_json::array(), nodes = names, triangles = names;
   for (const mesh::MergedPart& part : merged.parts) {
     names.push_back(part.name);
@@ -26,7 +26,7 @@ ordered_json parts_of(const mesh::Scene& scene, const mesh::MergedInstance& merg
   }
   ordered_json parts{{"names", std::move(names)}};
   if (!scene.nodes.empty()) parts["nodes"] = std::move(nodes);
-  if (with_triangles) parts["triangles"] = std::move(triangles);
+  parts["triangles"] = std::move(triangles);
   return parts;
 }
 
@@ -71,7 +71,7 @@ ordered_json to_json(const mesh::MergeOptions& options) {
   return described;
 }
 
-ordered_json merge_metadata(const mesh::Scene& scene, std::span<const uint32_t> placed, bool triangles) {
+ordered_json merge_metadata(const mesh::Scene& scene, std::span<const uint32_t> placed) {
   if (!scene.merging || scene.merging->merged.empty()) return nullptr;
   ordered_json described = to_json(scene.merging->options), objects = ordered_json::array();
   // Merged instances come last in the scene, and placed instances keep their order.
@@ -81,7 +81,7 @@ ordered_json merge_metadata(const mesh::Scene& scene, std::span<const uint32_t> 
     if (merged == scene.merging->merged.end()) break;
     if (merged->instance != placed[i]) continue;
     ordered_json& object = objects.emplace_back(ordered_json{{"instance", i}});
-    object.update(parts_of(scene, *merged, triangles));
+    object.update(parts_of(scene, *merged));
   }
   described["objects"] = std::move(objects);
   return described;

@@ -16,11 +16,10 @@ inline constexpr size_t kMostMergeNames = 10'000;
 /// The settings in the form of the metadata.
 nlohmann::ordered_json to_json(const mesh::MergeOptions& options);
 
-/// The "merge" entry of the metadata: the settings; for each merged instance of the asset the names and nodes
-/// of its parts; and with `triangles` how many each contributed. `placed` maps each instance of the asset to
+/// The "merge" entry of the metadata: the settings; and for each merged instance of the asset the names and
+/// nodes of its parts, and how many triangles each contributed. `placed` maps each instance of the asset to
 /// that of the scene. Null if nothing was merged.
-nlohmann::ordered_json merge_metadata(const mesh::Scene& scene, std::span<const uint32_t> placed,
-                                      bool triangles);
+nlohmann::ordered_json merge_metadata(const mesh::Scene& scene, std::span<const uint32_t> placed);
 
 /// The settings by which an asset's scene was merged, from its metadata, which may contain anything; none if
 /// it was not merged. Throws Error(mesh_mismatch) that says what is wrong, without a file name.

@@ -36,7 +36,7 @@ void prepare_objects(BakeRun& run) {
   result.objects.resize(objects.size());
   run.size.set(objects.size(), format::section_bytes(result.asset));  // each object has its own number
   run.metadata_bytes =
-      kMetadataBytes + kMetadataBytesPerObject * objects.size() + scene_bytes(run.scene, run.options, result);
+      kMetadataBytes + kMetadataBytesPerObject * objects.size() + scene_bytes(run.scene, result);
   if (run.options.error_limit) run.metadata_bytes += kMetadataBytesOfThreshold * objects.size();
   run.clock.emplace(objects, run.callback);
   run.candidates.reserve(objects.size());

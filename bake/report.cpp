@@ -104,15 +104,14 @@ nlohmann::ordered_json hierarchy(const mesh::Scene& scene, const BakeResult& res
 }
 
 /// Everything about the scene except its meshes.
-void add_scene(const mesh::Scene& scene, const BakeOptions& options, const BakeResult& result,
-               nlohmann::ordered_json& json) {
+void add_scene(const mesh::Scene& scene, const BakeResult& result, nlohmann::ordered_json& json) {
   if (!scene.choice.empty()) {
     nlohmann::ordered_json& choice = json["choice"] = nlohmann::ordered_json::object();
     if (!scene.choice.only.empty()) choice["only"] = scene.choice.only;
     if (!scene.choice.except.empty()) choice["except"] = scene.choice.except;
   }
   if (!scene.nodes.empty()) json["hierarchy"] = hierarchy(scene, result);
-  nlohmann::ordered_json merge = merge_metadata(scene, result.placed, options.source_triangles);
+  nlohmann::ordered_json merge = merge_metadata(scene, result.placed);
   if (!merge.is_null()) json["merge"] = std::move(merge);
 }
 
@@ -122,9 +121,9 @@ std::string dump(const nlohmann::ordered_json& json) {
 
 }  // namespace
 
-uint64_t scene_bytes(const mesh::Scene& scene, const BakeOptions& options, const BakeResult& result) {
+uint64_t scene_bytes(const mesh::Scene& scene, const BakeResult& result) {
   nlohmann::ordered_json json = nlohmann::ordered_json::object();
-  add_scene(scene, options, result, json);
+  add_scene(scene, result, json);
   return dump(json).size();
 }
 
@@ -164,7 +163,7 @@ std::string make_metadata(const mesh::Scene& scene, const BakeOptions& options,
       if (accuracy.contains("hits")) shorten_hits(accuracy["hits"]);
   }
   json["objects"] = std::move(objects);
-  add_scene(scene, options, result, json);
+  add_scene(scene, result, json);
   return dump(json);
 }
 

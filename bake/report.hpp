@@ -35,6 +35,6 @@ std::string make_metadata(const mesh::Scene& scene, const BakeOptions& options,
 std::string source_hash_text(uint64_t hash);
 
 /// Bytes of nodes and merged instances in it. Reads only what is placed from the result.
-uint64_t scene_bytes(const mesh::Scene& scene, const BakeOptions& options, const BakeResult& result);
+uint64_t scene_bytes(const mesh::Scene& scene, const BakeResult& result);
 
 }  // namespace nif::bake

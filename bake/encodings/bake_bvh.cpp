@@ -64,11 +64,13 @@ uint64_t lay_out_triangles(const Prepared& prepared, const BakeOptions& options,
     all = surface.triangles;
     all.insert(all.end(), surface.slivers.begin(), surface.slivers.end());
   }
+  // Hits on a merged object tell by these numbers which of its parts they are on.
+  const bool numbered = options.source_triangles || prepared.source->merged();
   std::vector<uint32_t> order;
-  object.triangles = build_bvh(surface.positions, all.empty() ? surface.triangles : all,
-                               options.source_triangles ? &order : nullptr);
+  object.triangles =
+      build_bvh(surface.positions, all.empty() ? surface.triangles : all, numbered ? &order : nullptr);
   uint64_t bytes = object.triangles->bytes();
-  if (!options.source_triangles) return bytes;
+  if (!numbered) return bytes;
   std::vector<uint32_t> numbers = mesh::source_triangles(surface);
   numbers.insert(numbers.end(), surface.sliver_numbers.begin(), surface.sliver_numbers.end());
   for (uint32_t& triangle : order) triangle = numbers[triangle];

@@ -8,10 +8,10 @@ nif=build/release/bin/nif out=build/city rays=${RAYS:-200000} rounds=${ROUNDS:-7
 cmake --build build/release --target nif >&2
 mkdir -p "$out"
 "$nif" mesh generate city -o "$out/city.glb" --quiet
-"$nif" bake "$out/city.glb" -o "$out/city.nif" --rays 0 --quiet --json >"$out/bake.json"
+"$nif" bake "$out/city.glb" -o "$out/city.nif" --no-merge --rays 0 --quiet --json >"$out/bake.json"
 "$nif" bench "$out/city.glb" --asset "$out/city.nif" -j 1 --rays "$rays" --rounds "$rounds" --quiet --json >"$out/bench.json"
 
-# Each scene as it is, merged as far as --merge does by itself, and in the way that the name of the last says.
+# Each scene as it is, merged as far as a bake does by itself, and in the way that the name of the last says.
 "$nif" mesh decimate "$out/city.glb" -o "$out/small.glb" --ratio 0.05 --fast --quiet
 "$nif" mesh convert "$out/small.glb" -o "$out/unique.obj" --quiet # forgets what is shared
 "$nif" mesh convert "$out/unique.obj" -o "$out/unique.glb" --quiet
@@ -21,8 +21,8 @@ merged() { # scene, name, options
     jq --arg scene "$1" --arg name "$2" --slurpfile bake "$out/merged.json" '. + {scene: $scene, name: $name, bake: $bake[0]}'
 }
 {
-  for scene in unique small city; do merged "$scene" 'as it is'; done
-  merged unique '`--merge`' --merge
+  for scene in unique small city; do merged "$scene" '`--no-merge`' --no-merge; done
+  merged unique 'by default'
   merged small '`--merge --merge-triangles 300k`' --merge --merge-triangles 300k
   merged small '`--merge --merge-triangles 3M`' --merge --merge-triangles 3M
   merged city '`--merge --merge-below 1000 --merge-triangles 3M`' --merge --merge-below 1000 --merge-triangles 3M
@@ -42,7 +42,7 @@ rows() {
   jq -r -s '
     .[0] as $bench | .[1] as $bake | ($bake.objects | group_by(.encoding) | map("\(length) `\(.[0].encoding)`") | join(" and ")) as $kinds
     | "`nif mesh generate city -o city.glb`: \($bench.objects) objects of \($bench.triangles) triangles in \($bench.instances) instances, \($bench.placed_triangles) triangles as placed.",
-      "`nif bake city.glb -o city.nif` makes \($kinds) objects in \($bake.seconds | round) seconds.",
+      "`nif bake city.glb -o city.nif --no-merge` makes \($kinds) objects in \($bake.seconds | round) seconds.",
       "`nif bench city.glb --asset city.nif -j 1 --rays 200000` asks the whole scene, with instances on both sides; Embree is the",
       "fastest of its builds and calls ([benchmark.md](../benchmark.md)).", "",
       "| scene | ray set | nif, million rays/s | Embree | its way | nif / Embree (lowest-highest round) | wrong |",
@@ -57,7 +57,7 @@ rows() {
   jq -r -s '
     def number: . * 100 | round / 100;
     "", "## Merged", "",
-    "What [`--merge`](../meshes.md#merging) does for three scenes: `small` is the city with a twentieth of its triangles",
+    "What [merging](../meshes.md#merging) does for three scenes: `small` is the city with a twentieth of its triangles",
     "(`nif mesh decimate city.glb -o small.glb --ratio 0.05 --fast`), some 270 for each mesh; `unique` is the same with a mesh",
     "of its own for each instance. All objects are `bvh`. Both sides ask the scene as it was merged.", "",
     "| scene | baked | objects | instances | memory, MB | bake, s | nif, million rays/s: outer-lines, inner-surface, sun | nif / Embree |",

@@ -22,11 +22,12 @@ scenes=(
 : >"$out/all.json"
 for scene in "${scenes[@]}"; do
   IFS='|' read -r name file author <<<"$scene"
-  for encoding in bvh exact; do
-    "$nif" bake "$NIF_TEST_GAMES/$file" -o "$out/scene.nif" --encoding "$encoding" --rays 0 --quiet
+  for options in 'bvh' 'exact' 'bvh --no-merge'; do
+    # shellcheck disable=SC2086 # several words
+    "$nif" bake "$NIF_TEST_GAMES/$file" -o "$out/scene.nif" --encoding $options --rays 0 --quiet
     for hits in '' --hits; do
       "$nif" bench "$NIF_TEST_GAMES/$file" --asset "$out/scene.nif" -j 1 --rays "$rays" --rounds "$rounds" --moved 0 --quiet --json $hits |
-        jq --arg name "$name" --arg encoding "$encoding" --arg author "$author" --arg hits "$hits" \
+        jq --arg name "$name" --arg encoding "$options" --arg author "$author" --arg hits "$hits" \
           '{name: $name, author: $author, encoding: $encoding, hits: ($hits != ""), objects, instances, placed_triangles, bytes, sets}'
     done
   done
@@ -38,14 +39,16 @@ done >>"$out/all.json"
   jq -r -s --arg rays "$rays" '
     def number: . * 100 | round / 100;
     def mean: map(log) | add / length | exp | number;
-    "`nif bake SCENE -o scene.nif --encoding NAME`, then `nif bench SCENE --asset scene.nif -j 1 --rays \($rays)`, and the same with",
+    "`nif bake SCENE -o scene.nif --encoding NAME`, which [merges](../meshes.md#merging) what never moves against each other unless",
+    "the table says `--no-merge`, then `nif bench SCENE --asset scene.nif -j 1 --rays \($rays)`, and the same with",
     "`--hits`: speed as a multiple of that of Embree'"'"'s fastest build and call ([benchmark.md](../benchmark.md)). All answers are",
     "exact. Below 1, Embree is faster.", "",
     "| scene | objects | instances | triangles | `nif`, kB | | outer-lines | inner-surface | sun | camera |",
     "| --- | ---: | ---: | ---: | ---: | --- | ---: | ---: | ---: | ---: |",
     (.[] | "| \(.name), `\(.encoding)` | \(.objects) | \(.instances) | \(.placed_triangles) | \(.bytes.file / 1000 | round) | \(if .hits then "first hits" else "visibility" end) | "
       + ([.sets["outer-lines", "inner-surface", "sun", "camera"] | if . then .ratio | number else "" end | tostring] | join(" | ")) + " |"),
-    "", "Geometric means of all figures: visibility \([.[] | select(.hits | not) | .sets[].ratio] | mean), first hits \([.[] | select(.hits) | .sets[].ratio] | mean).",
+    "", ([.[] | select(.encoding | contains("--no-merge") | not)] |
+      "Geometric means of all figures as merged: visibility \([.[] | select(.hits | not) | .sets[].ratio] | mean), first hits \([.[] | select(.hits) | .sets[].ratio] | mean)."),
     "", "The scenes: \([.[] | "\(.name) (\(.author))"] | unique | join("; "))."' "$out/all.json"
 } >docs/results/games.md.new
 mv docs/results/games.md.new docs/results/games.md

@@ -21,25 +21,27 @@ struct MergeOptions {
   /// Limit for triangles that merging adds: a mesh placed k times becomes k copies instead of one. Nothing: a
   /// default if that is enough for everything that could merge, otherwise 0 (mesh::kAddedTriangles).
   std::optional<uint64_t> added_triangles;
-  uint64_t part_triangles = 0;    ///< meshes with at least this many stay
+  uint64_t part_triangles = 0;    ///< meshes with at least this many are not copied
   uint64_t object_triangles = 0;  ///< limit for one merged mesh
 };
 
 /// Why an instance stays.
 enum class Stays : uint8_t {
   not_named,
-  moves,
+  moves,        ///< and nothing else moves with it
+  deforms,      ///< by a skin or morph targets
   flattened,    ///< its transform has no inverse
   too_far,      ///< too far from the origin for its size: single precision would be visible in its positions
-  too_large,    ///< its mesh has MergeOptions::part_triangles or more
+  too_large,    ///< its mesh has MergeOptions::object_triangles or more
+  large_copy,   ///< its mesh is placed several times and has MergeOptions::part_triangles or more
   over_budget,  ///< the copies of its mesh would exceed MergeOptions::added_triangles
   alone,        ///< no other instance to merge with is near
 };
-inline constexpr size_t kStays = 7;
+inline constexpr size_t kStays = 9;
 
 /// An instance of the file that is part of a merged mesh.
 struct MergedPart {
-  uint32_t instance = 0;  ///< index into Scene::nodes, or kNoNode
+  uint32_t instance = 0;  ///< index into Scene::instances before merging
   std::string name;
   uint32_t node = kNoNode;  ///< index into Scene::nodes, or kNoNode
   uint64_t triangles = 0;   ///< number of its triangles in the merged mesh, which are consecutive

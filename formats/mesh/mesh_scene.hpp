@@ -80,7 +80,8 @@ struct Mesh {
   std::vector<Float3> positions;
   std::vector<Triangle> triangles;
   float part_side = 0;  ///< for a merged mesh: the longest side of its median part by size; otherwise 0
-  Appearance look{};    ///< only if requested: ReadLimits::colors
+  bool merged() const { return part_side > 0; }
+  Appearance look{};  ///< only if requested: ReadLimits::colors
   /// Only within readers, and only if requested (Input::exact): positions before rounding.
   std::vector<Double3> exact{};
 };
@@ -93,6 +94,7 @@ struct Instance {
   uint32_t node = kNoNode;  ///< index into Scene::nodes of its node, or kNoNode
   bool moves = false;       ///< with its node (see there), or by the joints of a skin
   Double3 remainder{};      ///< rounding error of the transform's translation, to be added to it
+  bool deforms = false;     ///< its mesh has a skin or morph targets
 };
 
 /// A node of a glTF. The transforms of the instances include its transform.
@@ -100,7 +102,8 @@ struct Node {
   uint32_t number = 0;        ///< index into the nodes of the file
   std::string name;           ///< may be empty
   uint32_t parent = kNoNode;  ///< index into Scene::nodes, below its own; kNoNode: a root
-  bool moves = false;         ///< an animation of the file targets it or an ancestor
+  bool moves = false;         ///< an animation of the file or its physics moves it or an ancestor
+  bool moves_itself = false;  ///< it, not only an ancestor
 };
 
 /// A perspective camera at its transform's origin. It looks along -z, with +y up.

@@ -1,11 +1,13 @@
 // The order of steps: find instances that may merge, select those whose copies fit the budget (small meshes
-// first), cut by space until groups are small enough, check memory, then copy.
+// first), separate what moves differently, cut by space until groups are small enough, check memory, then
+// copy.
 #include "mesh/merge/merge.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
 #include <span>
 #include <tuple>
@@ -73,23 +75,55 @@ bool is_too_far(const Box& box) {
   return !(reach <= kLargest && side >= kSmallest && side >= reach / kParts);
 }
 
+/// Where an instance is in the space of another one, whose transform must have an inverse.
+Instance relative(const Instance& instance, const Instance& to) {
+  Instance moved = instance;
+  moved.transform = kIdentity, moved.remainder = {};
+  if (instance.transform == to.transform && instance.remainder == to.remainder) return moved;
+  const auto inverse = inverse_rows(to.transform), rows = rows_of(instance.transform);
+  const auto origin = [](const Instance& placed) {
+    const Transform& t = placed.transform;
+    return Double3{t[3], t[7], t[11]} + placed.remainder;
+  };
+  const Double3 translation = product(inverse, origin(instance) - origin(to));
+  for (size_t row = 0; row < 3; ++row) {
+    for (size_t k = 0; k < 3; ++k) {
+      double sum = 0;
+      for (size_t j = 0; j < 3; ++j) sum += inverse[row][j] * rows[j][k];
+      moved.transform[4 * row + k] = float(sum);
+    }
+    moved.transform[4 * row + 3] = float(translation[row]);
+    moved.remainder[row] = translation[row] - double(moved.transform[4 * row + 3]);
+  }
+  return moved;
+}
+
+/// Instances with the same frame never move against each other: kStill, or the number of the node that moves
+/// them all.
+using Frame = uint32_t;
+constexpr Frame kStill = kNoNode;
+
 class Merger {
  public:
   Merger(Scene scene, const MergeOptions& options) : scene_(std::move(scene)), options_(options) {
     merging_.options = options;
     merging_.instances = scene_.instances.size();
-    std::vector<Box> boxes;
     for (const Mesh& mesh : scene_.meshes) {
-      boxes.push_back(bounds(mesh.positions, mesh.triangles));
+      boxes_.push_back(bounds(mesh.positions, mesh.triangles));
       weights_.push_back(weight_of(mesh));
     }
-    for (const Instance& instance : scene_.instances)
-      places_.push_back(bounds(boxes[instance.mesh], instance.transform));
+    firsts_ = first_alike(scene_.meshes);
+    placed_.resize(scene_.meshes.size());
+    for (const Instance& instance : scene_.instances) ++placed_[firsts_[instance.mesh]];
+    for (const Node& node : scene_.nodes)  // parents come before their children
+      frames_.push_back(node.moves_itself        ? Frame(frames_.size())
+                        : node.parent == kNoNode ? kStill
+                                                 : frames_[node.parent]);
+    places_.resize(scene_.instances.size());
   }
 
   Scene run() {
-    std::vector<uint32_t> chosen = within_budget(suited());
-    const std::vector<std::vector<uint32_t>> groups = by_space(std::move(chosen));
+    const std::vector<std::vector<uint32_t>> groups = grouped(within_budget(suited()));
     require_room(groups);
     build(groups);
     return std::move(scene_);
@@ -98,44 +132,88 @@ class Merger {
  private:
   void keep(Stays why, uint64_t count = 1) { merging_.stay[size_t(why)] += count; }
 
-  /// The instances that may merge, in order.
-  std::vector<uint32_t> suited() {
+  Frame frame_of(const Instance& instance) const {
+    return instance.node == kNoNode ? kStill : frames_[instance.node];
+  }
+
+  /// The instances that names, movement and transforms allow to merge, in order.
+  std::vector<uint32_t> named_and_rigid() {
     NamedNodes named(options_.nodes, scene_.nodes), excepted(options_.except, scene_.nodes);
-    std::vector<uint32_t> suited;
+    std::vector<uint32_t> rigid;
     for (uint32_t i = 0; i < scene_.instances.size(); ++i) {
       const Instance& instance = scene_.instances[i];
       const bool in = named.has(instance), out = excepted.has(instance);
       if (out || (!in && !options_.nodes.empty()))
         keep(Stays::not_named);
-      else if (instance.moves)
+      else if (instance.deforms)
+        keep(Stays::deforms);
+      else if (instance.moves && frame_of(instance) == kStill)
         keep(Stays::moves);
       else if (flattens(instance.transform))
         keep(Stays::flattened);
-      else if (is_too_far(places_[i]))
-        keep(Stays::too_far);
-      else if (weights_[instance.mesh] >= std::min(options_.part_triangles, options_.object_triangles))
-        keep(Stays::too_large);
       else
-        suited.push_back(i);
+        rigid.push_back(i);
     }
     named.list_unused(merging_.unmatched);
     excepted.list_unused(merging_.unmatched);
+    return rigid;
+  }
+
+  /// Why a mesh as large and as often placed as this stays, if it does.
+  std::optional<Stays> too_much(uint32_t mesh) const {
+    const bool once = placed_[firsts_[mesh]] == 1;
+    if (weights_[mesh] >= options_.object_triangles) return Stays::too_large;
+    if (!once && options_.added_triangles == 0u) return Stays::over_budget;
+    if (!once && weights_[mesh] >= options_.part_triangles) return Stays::large_copy;
+    return std::nullopt;
+  }
+
+  /// The instances that may merge, in order. Sets their places.
+  std::vector<uint32_t> suited() {
+    const std::vector<uint32_t> rigid = named_and_rigid();
+    std::map<Frame, size_t> together;
+    for (const uint32_t i : rigid) {
+      const Instance& instance = scene_.instances[i];
+      if (too_much(instance.mesh)) continue;
+      ++together[frame_of(instance)];
+      spaces_.try_emplace(frame_of(instance), frame_of(instance) == kStill ? Instance{} : instance);
+    }
+    std::vector<uint32_t> suited;
+    for (const uint32_t i : rigid) {
+      const Instance& instance = scene_.instances[i];
+      const Frame frame = frame_of(instance);
+      if (const std::optional<Stays> why = too_much(instance.mesh)) {
+        keep(*why);
+        continue;
+      }
+      places_[i] = bounds(boxes_[instance.mesh], in_frame(instance).transform);
+      if (frame != kStill && together[frame] == 1)
+        keep(Stays::moves);
+      else if (is_too_far(places_[i]))
+        keep(Stays::too_far);
+      else
+        suited.push_back(i);
+    }
     return suited;
+  }
+
+  /// The instance in the space of the merged object that it may become a part of.
+  Instance in_frame(const Instance& instance) const {
+    const Frame frame = frame_of(instance);
+    return frame == kStill ? instance : relative(instance, spaces_.at(frame));
   }
 
   /// The instances whose copies fit the budget, in order.
   std::vector<uint32_t> within_budget(const std::vector<uint32_t>& suited) {
-    const std::vector<uint32_t> firsts = first_alike(scene_.meshes);
-    std::vector<uint64_t> placed(scene_.meshes.size()), merging(scene_.meshes.size());
-    for (const Instance& instance : scene_.instances) ++placed[firsts[instance.mesh]];
-    for (const uint32_t i : suited) ++merging[firsts[scene_.instances[i].mesh]];
+    std::vector<uint64_t> merging(scene_.meshes.size());
+    for (const uint32_t i : suited) ++merging[firsts_[scene_.instances[i].mesh]];
     std::vector<uint32_t> meshes;
     for (uint32_t m = 0; m < scene_.meshes.size(); ++m)
       if (merging[m] > 0) meshes.push_back(m);
     std::ranges::stable_sort(meshes, {}, [&](uint32_t m) { return weights_[m]; });
     // The mesh itself is dropped if all of its instances merge.
     const auto added = [&](uint32_t m) {
-      return weights_[m] * (merging[m] - (merging[m] == placed[m] ? 1 : 0));
+      return weights_[m] * (merging[m] - (merging[m] == placed_[m] ? 1 : 0));
     };
     uint64_t wanted = 0;
     for (const uint32_t m : meshes) wanted += added(m);
@@ -152,8 +230,21 @@ class Merger {
     }
     std::vector<uint32_t> chosen;
     for (const uint32_t i : suited)
-      if (fits[firsts[scene_.instances[i].mesh]]) chosen.push_back(i);
+      if (fits[firsts_[scene_.instances[i].mesh]]) chosen.push_back(i);
     return chosen;
+  }
+
+  /// Groups of at least two instances that may be one mesh each, each in the order of the scene.
+  std::vector<std::vector<uint32_t>> grouped(const std::vector<uint32_t>& chosen) {
+    std::map<Frame, std::vector<uint32_t>> together;
+    for (const uint32_t i : chosen) together[frame_of(scene_.instances[i])].push_back(i);
+    std::vector<std::vector<uint32_t>> groups;
+    for (auto& [frame, instances] : together) {
+      const Stays single = frame == kStill ? Stays::alone : Stays::moves;
+      for (std::vector<uint32_t>& group : by_space(std::move(instances), single))
+        groups.push_back(std::move(group));
+    }
+    return groups;
   }
 
   double centre(uint32_t instance, size_t axis) const {
@@ -192,8 +283,8 @@ class Merger {
     return std::get<3>(best);
   }
 
-  /// Groups of at least two instances, each in the order of the scene.
-  std::vector<std::vector<uint32_t>> by_space(std::vector<uint32_t> instances) {
+  /// Cuts instances into groups. Counts those that are left alone as `single`.
+  std::vector<std::vector<uint32_t>> by_space(std::vector<uint32_t> instances, Stays single) {
     std::vector<std::vector<uint32_t>> groups;
     std::vector<std::span<uint32_t>> open;
     if (!instances.empty()) open.emplace_back(instances);
@@ -203,7 +294,7 @@ class Merger {
       uint64_t total = 0;
       for (const uint32_t i : part) total += weight(i);
       if (part.size() == 1) {
-        keep(Stays::alone);
+        keep(single);
       } else if (total <= options_.object_triangles) {
         std::ranges::sort(part);
         groups.emplace_back(part.begin(), part.end());
@@ -243,16 +334,22 @@ class Merger {
       MergedInstance& record = merging_.merged.emplace_back();
       for (const uint32_t i : group) {
         gone[i] = true;
-        Instance& part = parts.emplace_back(std::move(scene_.instances[i]));
+        const Instance& part = parts.emplace_back(in_frame(scene_.instances[i]));
         record.parts.push_back({i, part.name, part.node, scene_.meshes[part.mesh].triangles.size()});
       }
       merged.push_back(flatten(FlatScene(scene_.meshes, parts), fmt::format("merged {}", merged.size() + 1)));
       merged.back().part_side = middle_side(group);
     }
+    std::vector<Instance> places;
+    for (const std::vector<uint32_t>& group : groups) {
+      const Frame frame = frame_of(scene_.instances[group.front()]);
+      places.push_back(frame == kStill ? Instance{} : spaces_.at(frame));
+    }
     drop(gone);
     for (size_t k = 0; k < merged.size(); ++k) {
       merging_.merged[k].instance = uint32_t(scene_.instances.size());
-      scene_.instances.push_back({merged[k].name, uint32_t(scene_.meshes.size()), kIdentity});
+      Instance& instance = scene_.instances.emplace_back(std::move(places[k]));
+      instance.name = merged[k].name, instance.mesh = uint32_t(scene_.meshes.size());
       scene_.meshes.push_back(std::move(merged[k]));
     }
     scene_.merging = std::move(merging_);
@@ -279,12 +376,25 @@ class Merger {
   Scene scene_;
   const MergeOptions& options_;
   Merging merging_;
-  std::vector<uint64_t> weights_;  // [mesh]
-  std::vector<Box> places_;        // [instance], its bounds in world space
+  std::vector<Box> boxes_;            // [mesh]
+  std::vector<uint64_t> weights_;     // [mesh]
+  std::vector<uint32_t> firsts_;      // [mesh], the first equal one
+  std::vector<uint64_t> placed_;      // [mesh], how often it and its equals are placed, for the first
+  std::vector<Frame> frames_;         // [node]
+  std::map<Frame, Instance> spaces_;  // for each frame that moves: the instance whose space its objects have
+  std::vector<Box> places_;           // [instance], its bounds in the space of the merged object
 };
 
 }  // namespace
 
 Scene merge(Scene scene, const MergeOptions& options) { return Merger(std::move(scene), options).run(); }
+
+MergeOptions only_placed_once() {
+  MergeOptions options;
+  options.added_triangles = 0;
+  options.part_triangles = kPartTriangles;
+  options.object_triangles = kObjectTriangles;
+  return options;
+}
 
 }  // namespace nif::mesh

@@ -1,13 +1,14 @@
-// Merges the static instances of a scene into a few meshes, by space, so that thousands of small meshes
-// become tens of objects. Copies of a mesh take memory again, so there is a budget for them.
+// Merges instances that never move against each other into a few meshes: what is placed once, and small
+// copies, by space, so that thousands of small meshes become tens of objects. Copies of a mesh take memory
+// again, so there is a budget for them.
 #pragma once
 
 #include "formats/mesh/mesh_scene.hpp"
 
 namespace nif::mesh {
 
-/// Meshes with at least this many triangles stay: for them, reading copies costs more than having one
-/// instance less saves.
+/// Meshes with at least this many triangles are not copied: for them, reading copies costs more than having
+/// one instance less saves.
 inline constexpr uint64_t kPartTriangles = 500;
 /// Limit for a merged mesh. 452,000 triangles of 5,000 meshes were answered faster in 4 objects than in 16,
 /// and about as fast in 1. But objects of 200,000 or more are learned by default (bake/choice.hpp).
@@ -19,18 +20,22 @@ inline constexpr uint64_t kAddedTriangles = 1'000'000;
 
 /// Returns the scene with fewer instances and the same triangles in the same places. Positions are rounded
 /// once, to single precision (FlatScene); the triangles of mirrored instances are flipped. Instances that
-/// stay keep their order and come first. The merged ones follow, each with its own mesh, at the identity.
-/// Meshes that are no longer used are removed. Nodes do not change. `merging` of the result records what
-/// became of each instance.
+/// stay keep their order and come first. The merged ones follow, each with its own mesh: at the identity, or
+/// if a node moves them all, in the place and at the node of the first that this node moves and that could
+/// merge. Meshes that are no longer used are removed. Nodes do not change. `merging` of the result records
+/// what became of each instance.
 ///
-/// An instance merges if its name matches, it does not move, is small, fits the budget and has a neighbour.
-/// Meshes with few triangles come first, each with all of its instances: they save most for what they add. A
-/// mesh that no longer fits keeps all of its instances. The instances that merge are then cut in two along
-/// the longest axis, by the centres of their boxes and by triangles, until each part is within the limit for
-/// a merged mesh. Equal meshes count as one.
+/// An instance merges if its name matches, it does not deform, its mesh is placed once or is small and fits
+/// the budget, and something near does not move against it. Meshes with few triangles come first, each with
+/// all of its instances: they save most for what they add. A mesh that no longer fits keeps all of its
+/// instances. The instances that merge are then cut in two along the longest axis, by the centres of their
+/// boxes and by triangles, until each part is within the limit for a merged mesh. Equal meshes count as one.
 ///
 /// `scene` must come from read() and must not be merged yet. The result does not depend on the number of
 /// threads. Throws Error(too_large) if there is not enough memory.
 Scene merge(Scene scene, const MergeOptions& options);
+
+/// What merges if nothing is asked for: what is placed once, so that nothing is copied.
+MergeOptions only_placed_once();
 
 }  // namespace nif::mesh

@@ -114,7 +114,54 @@ TEST(MergedBake, ItsMetadataMergesAlike) {
               "merged " + std::to_string(k + 1));
     EXPECT_FALSE(object.contains("nodes")) << "the scene is of no glTF";
     ASSERT_EQ(object["names"].size(), merged.merging->merged[k].parts.size());
+    ASSERT_EQ(object["triangles"].size(), object["names"].size());
     EXPECT_EQ(object["names"][0], merged.merging->merged[k].parts[0].name);
+  }
+}
+
+/// What an application does that wants to know which mesh of the file a ray hits: `instance` and `triangle` of
+/// a hit, and the counts in the metadata.
+TEST(MergedBake, HitsTellTheMeshByRangesOfTriangles) {
+  mesh::Scene scene = scene_of({icosphere(2), torus(12, 8), cube(), icosphere(3)});
+  scene.meshes[0].triangles.push_back(scene.meshes[0].triangles[7]);  // which a bake drops
+  for (size_t i = 0; i < scene.instances.size(); ++i) {
+    scene.instances[i].name = "part " + std::to_string(i);
+    scene.instances[i].transform[3] = 4 * float(i);
+  }
+  const mesh::Scene merged = mesh::merge(scene, mesh::only_placed_once());
+  for (const char* encoding : {"bvh", "exact", "auto"}) {
+    bake::BakeOptions options = exact();
+    options.encoding = encoding;
+    const bake::BakeResult result = bake_quietly(merged, options);
+    ASSERT_EQ(result.asset.objects.size(), 1u);
+    const json merge = json::parse(result.asset.metadata)["merge"];
+    const std::vector<uint64_t> counts = merge["objects"][0]["triangles"];
+    ASSERT_EQ(counts, (std::vector<uint64_t>{321, 192, 12, 1280}));
+    const nifkit::Device device("threads=1");
+    nifkit::Scene placed(device);
+    placed.add_asset(nifkit::Asset::load(device, format::encode(result.asset)));
+    placed.commit();
+    for (size_t i = 0; i < counts.size(); ++i) {
+      // Onto the ring of the torus, not through its hole.
+      const NifRay ray{{4 * float(i) + (i == 1 ? 1.0f : 0.1f), 0.05f, 5}, 0, {0, 0, -1}, 10};
+      uint32_t triangle = 0, instance = 9;
+      auto hits = nifkit::sized<NifHits>();
+      hits.triangle = &triangle, hits.instance = &instance;
+      const NifRays query = nifMakeRays(&ray, 1);
+      nifkit::check(nifIntersect(placed.get(), &query, &hits));
+      ASSERT_EQ(instance, merge["objects"][0]["instance"]) << encoding << i;
+      uint64_t before = triangle, part = 0;
+      while (before >= counts[part]) before -= counts[part++];
+      EXPECT_EQ(part, i) << encoding;
+      EXPECT_EQ(merge["objects"][0]["names"][part], "part " + std::to_string(i));
+      const mesh::Triangle& corners = scene.meshes[part].triangles[before];
+      float nearest = 9, farthest = -9;
+      for (const uint32_t corner : corners) {
+        nearest = std::min(nearest, scene.meshes[part].positions[corner][1]);
+        farthest = std::max(farthest, scene.meshes[part].positions[corner][1]);
+      }
+      EXPECT_TRUE(nearest <= 0.05f && farthest >= 0.05f) << "the triangle is where the ray is";
+    }
   }
 }
 

@@ -125,8 +125,8 @@ TEST(Eval, OfSourceTriangles) {
   const std::string mesh = folder.write("two.obj", both()).string(),
                     asset = (folder.path() / "two.nif").string();
   for (const std::string encoding : {"exact", "bvh"}) {
-    const Outcome baked = nif(
-        {"bake", mesh, "-o", asset, "--rays", "0", "--encoding", encoding, "--source-triangles", "--json"});
+    const Outcome baked = nif({"bake", mesh, "-o", asset, "--rays", "0", "--encoding", encoding,
+                               "--source-triangles", "--no-merge", "--json"});
     ASSERT_EQ(baked.code, 0) << baked.err;
     const json report = json::parse(baked.out);
     expect_parts_add_up(report["bytes"]);

@@ -36,7 +36,8 @@ class Query : public testing::Test {
     const std::string mesh = folder_->write("squares.obj", text).string();
     asset_ = new std::string((folder_->path() / "squares.nif").string());
     // The squares differ in z, so the file has two objects, not two instances of one.
-    const Outcome outcome = nif({"bake", mesh, "-o", *asset_, "--encoding", "bvh", "--rays", "0", "--quiet"});
+    const Outcome outcome =
+        nif({"bake", mesh, "-o", *asset_, "--encoding", "bvh", "--rays", "0", "--quiet", "--no-merge"});
     ASSERT_EQ(outcome.code, 0) << outcome.err;
   }
   static void TearDownTestSuite() {

@@ -79,10 +79,10 @@ if [[ -n ${NIF_TEST_MESHES-} ]]; then
   real exact-skull-source skull.stl --encoding exact "${grid[@]}" 24 --source-triangles
   real exact-skull-fine skull-90.stl --encoding exact "${grid[@]}" 48
   real exact-openscad-uncoded openscad.stl --encoding exact "${grid[@]}" 16 --uncoded
-  real exact-three-uncoded three.stl --encoding exact "${grid[@]}" 10 --uncoded
+  real exact-three-uncoded three.stl --encoding exact "${grid[@]}" 10 --uncoded --no-merge
   real bvh-cycloidal-source cycloidal.stl --encoding bvh --source-triangles
   real bvh-soup "$soup" --encoding bvh
-  real bvh-three-source three.stl --encoding bvh --source-triangles
+  real bvh-three-source three.stl --encoding bvh --source-triangles --no-merge
   real spherical-self "$self" --encoding spherical --training-rays 20000 --outer-resolution 8 --inner-resolution 6 \
     --distance-resolution 6 --outer-width 8 --inner-width 8
 fi

@@ -251,17 +251,47 @@ TEST(Merge, WhatCannotBeMergedWellStays) {
   EXPECT_EQ(after.merging->merged[0].parts.back().name, "just near enough");
 }
 
-TEST(Merge, MeshesThatAreNotSmallStay) {
+TEST(Merge, MeshesThatAreNotSmallAreNotCopied) {
   Scene scene = square_of_cubes(3);
   scene.meshes.push_back(icosphere(0));
+  scene.meshes.push_back(icosphere(2));  // 320 triangles
   scene.instances.push_back(instance("ball", 1, mesh::kIdentity));
+  scene.instances.push_back(instance("ball", 1, at(9, 0, 0)));
+  scene.instances.push_back(instance("placed once", 2, at(0, 9, 0)));
   MergeOptions options = objects_of(1000);
   options.part_triangles = 20;
   const Scene after = mesh::merge(scene, options);
-  EXPECT_EQ(stay(after, Stays::too_large), 1u);
-  EXPECT_EQ(after.merging->merged[0].parts.size(), 9u);
+  EXPECT_EQ(stay(after, Stays::large_copy), 2u);
+  EXPECT_EQ(after.merging->merged[0].parts.size(), 10u);
   options.part_triangles = 21;
-  EXPECT_EQ(mesh::merge(scene, options).merging->merged[0].parts.size(), 10u);
+  EXPECT_EQ(mesh::merge(scene, options).merging->merged[0].parts.size(), 12u);
+  options.object_triangles = 320;
+  const Scene limited = mesh::merge(scene, options);
+  EXPECT_EQ(stay(limited, Stays::too_large), 1u) << "an object of its own anyway";
+  EXPECT_EQ(limited.merging->merged[0].parts.size(), 11u);
+}
+
+TEST(Merge, OnlyWhatIsPlacedOnceIfNothingIsAsked) {
+  Scene scene = square_of_cubes(3);
+  scene.meshes.insert(scene.meshes.end(), {icosphere(4), torus(40, 20), icosphere(2), icosphere(2)});
+  scene.instances.push_back(instance("house", 1, at(0, 0, 9)));
+  scene.instances.push_back(instance("road", 2, at(9, 0, 9)));
+  scene.instances.push_back(instance("tree", 3, at(0, 9, 9)));
+  scene.instances.push_back(instance("equal tree", 4, at(9, 9, 9)));
+  const Scene after = mesh::merge(scene, mesh::only_placed_once());
+  expect_all_counted(after, 13);
+  EXPECT_EQ(after.merging->added_triangles, 0u);
+  EXPECT_EQ(stay(after, Stays::over_budget), 11u);
+  ASSERT_EQ(after.merging->merged.size(), 1u);
+  EXPECT_EQ(after.merging->merged[0].parts[0].name, "house") << "of 5,120 triangles";
+  EXPECT_EQ(after.merging->merged[0].parts[0].triangles, 5'120u);
+  EXPECT_EQ(after.merging->merged[0].parts[1].name, "road");
+  EXPECT_EQ(triangles_of(after), triangles_of(scene));
+  scene.meshes[2].triangles.resize(mesh::kObjectTriangles, scene.meshes[2].triangles[0]);
+  const Scene large = mesh::merge(scene, mesh::only_placed_once());
+  EXPECT_TRUE(large.merging->merged.empty());
+  EXPECT_EQ(stay(large, Stays::too_large), 1u);
+  EXPECT_EQ(stay(large, Stays::alone), 1u);
 }
 
 TEST(Merge, VerticesThatNoTriangleUsesCountInTheBudget) {
@@ -335,6 +365,137 @@ TEST(Merge, WhatAFileAnimatesOrSkinsMoves) {
       {"path", "pointer"}, {"extensions", {{"KHR_animation_pointer", pointer}}}};
   EXPECT_EQ(merged_of(lever, objects_of(1000)), (Words{"door", "handle", "lamp 1", "shape"}))
       << "lamp 2 is below the lever";
+}
+
+/// A crane: a base and ground that stand still; an arm with a hook that turns with it; a wheel below the arm
+/// that turns by itself, of a tyre and a rim; and a pulley that moves alone. All meshes differ.
+struct Crane {
+  Gltf gltf;
+  Crane() {
+    gltf.node({{"name", "base"}, {"mesh", box()}, {"children", {2, 8}}});
+    gltf.node({{"name", "ground"}, {"mesh", box()}, {"translation", {0, -4, 0}}});
+    gltf.node({{"name", "arm"},
+               {"mesh", box()},
+               {"translation", {2, 8, 0}},
+               {"scale", {2, 2, 2}},
+               {"children", {3, 5}}});
+    gltf.node({{"name", "rope"}, {"children", {4}}, {"translation", {4, 0, 0}}});
+    gltf.node({{"name", "hook"}, {"mesh", box()}, {"translation", {0, -0.5, 0}}});
+    gltf.node({{"name", "wheel"}, {"children", {6, 7}}, {"translation", {0, 0, 3}}});
+    gltf.node({{"name", "tyre"}, {"mesh", box()}, {"scale", {-1, 1, 1}}});
+    gltf.node({{"name", "rim"}, {"mesh", box()}, {"translation", {1, 0, 0}}});
+    gltf.node({{"name", "pulley"}, {"mesh", box()}, {"translation", {0, 0, 7}}});
+    gltf.scene({0, 1});
+    nlohmann::json channels = nlohmann::json::array();
+    for (const int node : {2, 5, 8})
+      channels.push_back({{"sampler", 0}, {"target", {{"node", node}, {"path", "rotation"}}}});
+    gltf.json["animations"] = {{{"samplers", nlohmann::json::array()}, {"channels", channels}}};
+  }
+
+  int box() {
+    mesh::Mesh shape = cube();
+    ++count_;
+    for (mesh::Float3& p : shape.positions)  // sums of these are exact
+      for (float& x : p) x *= 1 + 0.125f * float(count_);
+    std::vector<uint32_t> corners;
+    for (const auto& t : shape.triangles) corners.insert(corners.end(), t.begin(), t.end());
+    return gltf.mesh(gltf.positions(shape.positions), gltf.indices(corners));
+  }
+  Scene read() const {
+    const TempDir folder;
+    return mesh::read(folder.write("crane.glb", gltf.glb()));
+  }
+
+ private:
+  int count_ = 0;
+};
+
+/// The names of the parts of each merged mesh.
+std::vector<std::vector<std::string>> parts_of(const Scene& scene) {
+  std::vector<std::vector<std::string>> all;
+  for (const mesh::MergedInstance& merged : scene.merging->merged)
+    std::ranges::transform(merged.parts, std::back_inserter(all.emplace_back()), &mesh::MergedPart::name);
+  std::ranges::sort(all);
+  return all;
+}
+
+using Parts = std::vector<std::vector<std::string>>;
+
+TEST(Merge, WhatMovesTogetherIsOneObjectInThePlaceOfItsFirst) {
+  const Scene before = Crane().read(), after = mesh::merge(before, mesh::only_placed_once());
+  expect_all_counted(after, 7);
+  EXPECT_EQ(parts_of(after), (Parts{{"arm", "hook"}, {"base", "ground"}, {"tyre", "rim"}}));
+  EXPECT_EQ(stay(after, Stays::moves), 1u) << "the pulley";
+  EXPECT_EQ(triangles_of(after), triangles_of(before));
+  for (const mesh::MergedInstance& merged : after.merging->merged) {
+    const mesh::Instance& placed = after.instances[merged.instance];
+    const std::string& first = merged.parts.front().name;
+    const mesh::Instance& part = *std::ranges::find(before.instances, first, &mesh::Instance::name);
+    EXPECT_EQ(placed.moves, first != "base");
+    EXPECT_EQ(placed.transform, first == "base" ? mesh::kIdentity : part.transform) << first;
+    EXPECT_EQ(placed.node, first == "base" ? mesh::kNoNode : part.node) << first;
+  }
+}
+
+TEST(Merge, WhatAnAnimationBelowSeparatesStays) {
+  Crane crane;
+  auto& channels = crane.gltf.json["animations"][0]["channels"];
+  channels.push_back({{"sampler", 0}, {"target", {{"node", 3}, {"path", "translation"}}}});  // the rope
+  channels.push_back({{"sampler", 0}, {"target", {{"node", 1}, {"path", "scale"}}}});        // the ground
+  const Scene after = mesh::merge(crane.read(), mesh::only_placed_once());
+  EXPECT_EQ(parts_of(after), (Parts{{"tyre", "rim"}}));
+  EXPECT_EQ(stay(after, Stays::moves), 4u) << "arm, hook, ground and pulley";
+  EXPECT_EQ(stay(after, Stays::alone), 1u) << "the base";
+}
+
+TEST(Merge, WithoutAnimationsAllIsOneObject) {
+  Crane crane;
+  crane.gltf.json.erase("animations");
+  EXPECT_EQ(parts_of(mesh::merge(crane.read(), mesh::only_placed_once())),
+            (Parts{{"base", "arm", "hook", "tyre", "rim", "pulley", "ground"}}));
+}
+
+TEST(Merge, WhatDeformsStays) {
+  Crane crane;
+  crane.gltf.json.erase("animations");
+  auto& meshes = crane.gltf.json["meshes"];
+  meshes[1]["primitives"][0]["targets"] = {
+      {{"POSITION", meshes[1]["primitives"][0]["attributes"]["POSITION"]}}};
+  crane.gltf.json["nodes"][4]["skin"] = 0;
+  crane.gltf.json["skins"] = {{{"joints", {0}}}};
+  const Scene after = mesh::merge(crane.read(), mesh::only_placed_once());
+  EXPECT_EQ(parts_of(after), (Parts{{"base", "arm", "tyre", "rim", "pulley"}}))
+      << "ground morphs, hook is skinned";
+  EXPECT_EQ(stay(after, Stays::deforms), 2u);
+}
+
+TEST(Merge, WhatIsInstancedStays) {
+  Crane crane;
+  crane.gltf.json.erase("animations");
+  const int places = crane.gltf.positions({{0, 0, 0}, {0, 0, 5}});
+  crane.gltf.json["nodes"][7]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"] = places;
+  const Scene after = mesh::merge(crane.read(), mesh::only_placed_once());
+  EXPECT_EQ(parts_of(after), (Parts{{"base", "arm", "hook", "tyre", "pulley", "ground"}}));
+  EXPECT_EQ(stay(after, Stays::over_budget), 2u) << "both rims";
+}
+
+TEST(Merge, BodiesOfPhysicsMove) {
+  const auto with = [](const char* name, const char* body) {
+    Crane crane;
+    crane.gltf.json.erase("animations");
+    crane.gltf.json["nodes"][2]["extensions"][name] = nlohmann::json::parse(body);
+    return parts_of(mesh::merge(crane.read(), mesh::only_placed_once()));
+  };
+  const Parts apart{{"arm", "hook", "tyre", "rim"}, {"base", "pulley", "ground"}};
+  EXPECT_EQ(with("KHR_physics_rigid_bodies", R"({"motion": {"mass": 3}})"), apart);
+  EXPECT_EQ(with("OMI_physics_body", R"({"motion": {"type": "dynamic"}})"), apart);
+  EXPECT_EQ(with("OMI_physics_body", R"({"motion": {"type": "kinematic"}})"), apart);
+  for (const auto& [name, body] : {std::pair{"OMI_physics_body", R"({"motion": {"type": "static"}})"},
+                                   {"OMI_physics_body", R"({"collider": {"shape": 0}})"},
+                                   {"OMI_physics_body", "5"},
+                                   {"KHR_physics_rigid_bodies", R"({"collider": {}})"},
+                                   {"KHR_physics_rigid_bodies", "[]"}})
+    EXPECT_EQ(with(name, body).size(), 1u) << name << body;
 }
 
 TEST(Merge, MalformedAnimationsMoveNothing) {

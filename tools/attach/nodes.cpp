@@ -31,8 +31,9 @@ void refuse_merged(const json& metadata, const std::string& asset) {
   if (!member(metadata, "merge").is_null())
     throw Error(
         Status::usage,
-        fmt::format("{}: was baked with --merge, so it has instances that stand for several nodes each, and "
-                    "a glTF can name an instance at one node only; bake it without --merge to attach it",
+        fmt::format("{}: meshes were merged in its bake, so it has instances that stand for several nodes "
+                    "each, and a glTF can name an instance at one node only; bake it with --no-merge to "
+                    "attach it",
                     asset));
 }
 

@@ -14,6 +14,7 @@
 #include <span>
 
 #include "bake/checkpoint.hpp"
+#include "bake/merge_metadata.hpp"
 #include "bake/report.hpp"
 #include "formats/base/output_file.hpp"
 #include "formats/base/quantities.hpp"
@@ -102,7 +103,8 @@ void print_summary(const Arguments& arguments, const mesh::Scene& scene, const b
              result.asset.places_nothing ? "which it does not place"
                                          : count_of(result.asset.instances.size(), "instance"),
              seconds, format_bytes(double(peak_memory())));
-  if (scene.merging && !scene.merging->merged.empty()) fmt::print("{}\n", summary(*scene.merging));
+  if (scene.merging && !scene.merging->merged.empty())
+    fmt::print("{}\n", summary(*scene.merging, arguments.bake.merge));
   const auto shown = [](uint64_t count) { return format_bytes(double(count)); };
   fmt::print("{}\n", bytes_line(bytes, shown));
   if (const uint64_t primary = bytes["primary"].get<uint64_t>())
@@ -123,10 +125,10 @@ void print_summary(const Arguments& arguments, const mesh::Scene& scene, const b
 }
 
 /// One sentence for each thing that preparation changed or could not do.
-std::vector<std::string> notes_of(const mesh::Scene& scene, const bake::BakeOptions& options,
+std::vector<std::string> notes_of(const mesh::Scene& scene, const bake::BakeOptions& options, bool merge,
                                   const bake::BakeResult& result) {
   std::vector<std::string> notes = mesh::texts_of(scene.notes);
-  if (scene.merging && scene.merging->merged.empty()) notes.push_back("--merge: " + summary(*scene.merging));
+  if (merge && scene.merging->merged.empty()) notes.push_back("--merge: " + summary(*scene.merging, merge));
   notes.insert(notes.end(), result.notes.begin(), result.notes.end());
   if (options.source_triangles &&
       std::ranges::none_of(result.asset.objects, [](const format::Object& object) {
@@ -246,9 +248,12 @@ bake::BakeResult naming_options(const bake::BakeOptions& options, const Bake& ba
 }
 
 mesh::Scene read_merged(const std::string& file, const mesh::ReadLimits& limits,
-                        const std::optional<mesh::MergeOptions>& options) {
+                        const BakeArguments& arguments) {
+  const std::optional<mesh::MergeOptions> options = resolve_merging(arguments);
   mesh::Scene scene = mesh::read(file, limits);
   if (!options) return scene;
+  const bool by_default = !arguments.merge && options->nodes.empty() && options->except.empty();
+  if (by_default && scene.instances.size() < 2) return scene;
   scene = naming(file, [&] { return mesh::merge(std::move(scene), *options); });
   if (const std::vector<std::string>& names = scene.merging->unmatched; !names.empty())
     throw Error(Status::usage, fmt::format("{}: no node has a name that matches '{}', which --merge-nodes or "
@@ -258,12 +263,9 @@ mesh::Scene read_merged(const std::string& file, const mesh::ReadLimits& limits,
 }
 
 /// Everything besides the meshes and the options that determines a bake's bytes, as text to compare.
-std::string other_inputs(const Arguments& arguments, const View* view) {
-  const BakeArguments& bake = arguments.bake;
+std::string other_inputs(const mesh::Scene& scene, const View* view) {
   std::string text;
-  if (bake.merge)
-    text = fmt::format("merge '{}' '{}' '{}' '{}'", fmt::join(bake.merge_nodes, "' '"),
-                       fmt::join(bake.merge_except, "' '"), bake.merge_below, bake.merge_triangles);
+  if (scene.merging) text = "merge " + bake::to_json(scene.merging->options).dump();
   if (!view) return text;
   for (const std::string& file : view->files) {
     const mesh::detail::ByteBuffer bytes = mesh::detail::load_file(file, uint64_t{16} << 30);
@@ -342,7 +344,7 @@ void run(const Arguments& arguments, const Command& command) {
   limits.colors = options.colors;
   limits.format = arguments.format;
   limits.choice = arguments.bake.choice;
-  const mesh::Scene scene = read_merged(arguments.mesh, limits, resolve_merging(arguments.bake));
+  const mesh::Scene scene = read_merged(arguments.mesh, limits, arguments.bake);
   const auto refuse_overwriting_any = [&](const std::vector<std::string>& files) {
     for (const std::string& file : files)
       for (const std::string& path : {arguments.output, arguments.depfile, arguments.batch.report})
@@ -368,8 +370,7 @@ void run(const Arguments& arguments, const Command& command) {
       options.spherical.given->draw_primary = [&](uint64_t round) { return view->rays.draw_primary(round); };
   }
   std::vector<std::string> notes;
-  CheckpointFile checkpoint(arguments.output,
-                            bake::key_of(scene, options, other_inputs(arguments, view.get())),
+  CheckpointFile checkpoint(arguments.output, bake::key_of(scene, options, other_inputs(scene, view.get())),
                             [&](const std::string& note) {
                               progress.finish();
                               print_notes({note}, arguments.quiet);
@@ -411,7 +412,7 @@ void run(const Arguments& arguments, const Command& command) {
   progress.finish();
 
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  const std::vector<std::string> last_notes = notes_of(scene, options, result);
+  const std::vector<std::string> last_notes = notes_of(scene, options, arguments.bake.merge, result);
   print_notes(last_notes, arguments.quiet);
   notes.insert(notes.end(), last_notes.begin(), last_notes.end());
   const nlohmann::ordered_json report = bake_json(arguments, scene, result, bytes, seconds, sources, notes);
@@ -457,7 +458,8 @@ void add_bake(Command app) {
       "  nif bake crate.glb -o crate.nif --encoding exact\n"
       "  nif bake statue.ply -o statue.nif --report statue.html\n"
       "  nif bake guard.glb -o guard.nif --max-spurious 0.05%\n"
-      "  nif bake scene.glb -o scene.nif --merge --merge-except 'door*'\n"
+      "  nif bake scene.glb -o scene.nif --merge-except 'door*'\n"
+      "  nif bake scene.glb -o scene.nif --no-merge\n"
       "  nif bake --manifest library.toml --keep-going --report library.html");
   command.callback([a, command] { run(*a, command); });
 }

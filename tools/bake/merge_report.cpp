@@ -15,8 +15,8 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// The phrase for a reason, to follow a count.
-std::string reason_of(mesh::Stays why, uint64_t count, const mesh::MergeOptions& options) {
+/// The phrase for a reason, to follow a count. `copies`: --merge was given.
+std::string reason_of(mesh::Stays why, uint64_t count, const mesh::MergeOptions& options, bool copies) {
   const bool one = count == 1;
   switch (why) {
     case mesh::Stays::not_named:
@@ -27,9 +27,15 @@ std::string reason_of(mesh::Stays why, uint64_t count, const mesh::MergeOptions&
       return one ? "is flattened by its transform" : "are flattened by their transforms";
     case mesh::Stays::too_far:
       return one ? "is too far from the origin for its size" : "are too far from the origin for their size";
+    case mesh::Stays::deforms:
+      return one ? "deforms" : "deform";
     case mesh::Stays::too_large:
-      return fmt::format("{} {} triangles or more", one ? "has" : "have", options.part_triangles);
+      return fmt::format("{} {} triangles or more", one ? "has" : "have", options.object_triangles);
+    case mesh::Stays::large_copy:
+      return fmt::format("{} of {} triangles or more", one ? "shares its mesh" : "share their meshes",
+                         options.part_triangles);
     case mesh::Stays::over_budget:
+      if (!copies) return one ? "shares its mesh" : "share their meshes";
       if (options.added_triangles == 0)
         return one ? "shares its mesh, and --merge-triangles allows no copies"
                    : "share their meshes, and --merge-triangles allows no copies";
@@ -40,8 +46,9 @@ std::string reason_of(mesh::Stays why, uint64_t count, const mesh::MergeOptions&
   return "";
 }
 
-constexpr std::array<const char*, mesh::kStays> kStayNames{"not_named", "moves",       "flattened", "too_far",
-                                                           "too_large", "over_budget", "alone"};
+constexpr std::array<const char*, mesh::kStays> kStayNames{"not_named",  "moves",       "deforms",
+                                                           "flattened",  "too_far",     "too_large",
+                                                           "large_copy", "over_budget", "alone"};
 
 uint64_t merged_parts(const mesh::Merging& merging) {
   uint64_t parts = 0;
@@ -61,17 +68,19 @@ ordered_json to_json(const mesh::Merging& merging) {
   return described;
 }
 
-std::string summary(const mesh::Merging& merging) {
+std::string summary(const mesh::Merging& merging, bool copies) {
   const uint64_t parts = merged_parts(merging), stay = merging.instances - parts;
   std::string text =
-      parts == 0 ? "nothing was merged"
-                 : fmt::format("merged {} of {} into {}", parts, count_of(merging.instances, "instance"),
-                               count_of(merging.merged.size(), "object"));
+      parts == 0
+          ? "nothing was merged"
+          : fmt::format("merged {} of {}, which do not move against each other, into {}", parts,
+                        count_of(merging.instances, "instance"), count_of(merging.merged.size(), "object"));
   if (stay == 0) return text;
   std::vector<std::string> reasons;
   for (size_t why = 0; why < mesh::kStays; ++why)
     if (const uint64_t count = merging.stay[why])
-      reasons.push_back(fmt::format("{} {}", count, reason_of(mesh::Stays(why), count, merging.options)));
+      reasons.push_back(
+          fmt::format("{} {}", count, reason_of(mesh::Stays(why), count, merging.options, copies)));
   return fmt::format("{}; {} {}: {}", text, stay, stay == 1 ? "stays" : "stay", fmt::join(reasons, ", "));
 }
 

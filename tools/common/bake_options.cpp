@@ -39,24 +39,54 @@ bake::Mix parse_mix(const std::string& text) {
   return mix;
 }
 
+/// The encoding, if it is named or implied.
+std::string encoding_of(const BakeArguments& arguments) {
+  return arguments.encoding.value_or(arguments.preset == "paper" ? "spherical" : "auto");
+}
+
+/// What keeps objects apart by default: options with which the quality of answers may depend on the size of
+/// voxels. A grid has a limited number of these, so one for the whole scene would be coarse. Empty if nothing
+/// does.
+std::string why_apart(const BakeArguments& arguments) {
+  const std::string encoding = encoding_of(arguments);
+  const std::optional<bake::AnswerKind> kind = bake::kind_of(encoding);
+  if (kind && *kind != bake::AnswerKind::exact) return "--encoding " + encoding;
+  if (arguments.spherical.view) return "--view";
+  if (arguments.colors) return "--colors";
+  if (!arguments.max_bytes.empty()) return "--max-bytes";
+  return "";
+}
+
 }  // namespace
 
 std::optional<mesh::MergeOptions> resolve_merging(const BakeArguments& arguments) {
-  if (!arguments.merge) {
-    const char* idle = !arguments.merge_nodes.empty()       ? "--merge-nodes"
-                       : !arguments.merge_except.empty()    ? "--merge-except"
-                       : !arguments.merge_below.empty()     ? "--merge-below"
+  const char *names = !arguments.merge_nodes.empty()    ? "--merge-nodes"
+                      : !arguments.merge_except.empty() ? "--merge-except"
+                                                        : nullptr,
+             *copies = !arguments.merge_below.empty()       ? "--merge-below"
                        : !arguments.merge_triangles.empty() ? "--merge-triangles"
                                                             : nullptr;
-    if (idle) throw Error(Status::usage, fmt::format("{} needs --merge", idle));
+  if (arguments.no_merge) {
+    const char* contrary = arguments.merge ? "--merge" : names ? names : copies;
+    if (contrary)
+      throw Error(Status::usage, fmt::format("--no-merge and {} contradict each other", contrary));
     return std::nullopt;
+  }
+  if (!arguments.merge) {
+    if (copies) throw Error(Status::usage, fmt::format("{} needs --merge", copies));
+    if (const std::string why = why_apart(arguments); !why.empty()) {
+      if (names)
+        throw Error(Status::usage,
+                    fmt::format("{} needs --merge here: with {}, nothing is merged by default", names, why));
+      return std::nullopt;
+    }
   }
   if (arguments.spherical.view)
     throw Error(
         Status::usage,
         "--merge and --view cannot be used together: the rays of a view are for the meshes of the scene "
         "as they are");
-  mesh::MergeOptions options;
+  mesh::MergeOptions options = mesh::only_placed_once();
   options.nodes = arguments.merge_nodes;
   options.except = arguments.merge_except;
   for (const auto& [names, name] :
@@ -64,12 +94,13 @@ std::optional<mesh::MergeOptions> resolve_merging(const BakeArguments& arguments
     if (names->size() > bake::kMostMergeNames)
       throw Error(Status::usage, fmt::format("{} can be given {} times at most; use a pattern", name,
                                              bake::kMostMergeNames));
-  options.part_triangles = arguments.merge_below.empty()
-                               ? mesh::kPartTriangles
-                               : parse_count(arguments.merge_below, "--merge-below");
+  if (!arguments.merge) return options;
+  options.added_triangles = {};
+  if (!arguments.merge_below.empty())
+    options.part_triangles = parse_count(arguments.merge_below, "--merge-below");
   options.object_triangles = std::max(mesh::kObjectTriangles, options.part_triangles);
   if (options.part_triangles == 0)
-    throw Error(Status::usage, "--merge-below 0 and --merge contradict each other: nothing could be merged");
+    throw Error(Status::usage, "--merge-below 0 and --merge contradict each other: nothing could be copied");
   if (!arguments.merge_triangles.empty())
     options.added_triangles = parse_count(arguments.merge_triangles, "--merge-triangles");
   return options;
@@ -85,8 +116,7 @@ bake::BakeOptions resolve_options(const BakeArguments& arguments) {
                     "scene as they are",
                     arguments.choice.only.empty() ? "--except" : "--only"));
   bake::BakeOptions options;
-  const bool paper = arguments.preset == "paper";
-  const std::string encoding_name = arguments.encoding.value_or(paper ? "spherical" : "auto");
+  const std::string encoding_name = encoding_of(arguments);
   const std::string preset = arguments.preset.value_or(encoding_name == "spherical" ? "paper" : "balanced");
   const std::optional<bake::Preset> known_preset = bake::preset_named(preset);
   if (!known_preset)
@@ -231,27 +261,33 @@ void add_bake_options(Command command, BakeArguments& arguments) {
                    "with their pictures, and vertex colours. 2 bytes per surface voxel. auto and exact then "
                    "make no bvh objects, because these have no voxels");
   add_choice_options(command, arguments.choice);
-  command.add_flag("--merge", arguments.merge,
-                   "Merge small meshes that do not move and are near each other into few objects: thousands "
-                   "become tens, which is usually faster. Their names stay in the metadata");
+  command.add_flag(
+      "--merge", arguments.merge,
+      "Also merge small meshes that are placed several times: thousands of objects and instances "
+      "become tens, which is usually faster. By default, only meshes that are placed once are "
+      "merged. Nothing that moves against others is. Names stay in the metadata");
+  command.add_flag("--no-merge", arguments.no_merge,
+                   "Keep an object for each mesh, and an instance for each place: for programs that move or "
+                   "hide meshes that no animation moves, and for nif attach. With --colors, --max-bytes and "
+                   "encodings that are not exact, this is the default");
   command
       .add_option("--merge-nodes", arguments.merge_nodes,
-                  "With --merge: only nodes with this name, and everything below them. May contain *, ? and "
-                  "[...], and may be repeated")
+                  "Merge only nodes with this name, and everything below them. May contain *, ? and [...], "
+                  "and may be repeated")
       .one_word_each();
   command
       .add_option("--merge-except", arguments.merge_except,
-                  "With --merge: do not merge nodes with this name, or anything below them. Patterns as for "
+                  "Do not merge nodes with this name, or anything below them, e.g. 'door*'. Patterns as for "
                   "--merge-nodes")
       .one_word_each();
   command
       .add_option("--merge-below", arguments.merge_below,
-                  "With --merge: only meshes with fewer triangles than this; larger ones gain little")
+                  "With --merge: copy only meshes with fewer triangles than this; larger ones gain little")
       .default_str(fmt::format("{}", mesh::kPartTriangles));
   command
       .add_option("--merge-triangles", arguments.merge_triangles,
                   "With --merge: limit for the triangles that it adds, e.g. 500k, because each copy of a "
-                  "mesh takes memory again. 0: only meshes that are placed once")
+                  "mesh takes memory again. 0: no copies")
       .default_str("1M if that is enough for all, otherwise 0");
   command.add_option("--mix", arguments.mix, "Ray sets to train on, e.g. outer-lines=0.5,segments=0.5");
   add_seed_option(command, arguments.seed);

@@ -22,7 +22,7 @@ struct BakeArguments {
   uint64_t seed = 1;
   uint64_t rays = 1'000'000;
   bool strict = false, uncoded = false, source_triangles = false, colors = false, open_rays = false,
-       merge = false;
+       merge = false, no_merge = false;
   mesh::Choice choice;
   std::vector<std::string> merge_nodes, merge_except;
   std::string merge_below, merge_triangles;
@@ -35,8 +35,9 @@ void add_bake_options(Command command, BakeArguments& arguments);
 /// Throws Error(usage) naming the option with an invalid value, or the two that contradict each other.
 bake::BakeOptions resolve_options(const BakeArguments& arguments);
 
-/// Options for merging the scene before the bake; none if it is not merged. Like resolve_options(), throws
-/// for invalid values and contradictions.
+/// Options for merging the scene before the bake; none if it is not merged. Without --merge these are
+/// mesh::only_placed_once(), unless the quality of answers may depend on voxels, which are finer for small
+/// objects. Like resolve_options(), throws for invalid values and contradictions.
 std::optional<mesh::MergeOptions> resolve_merging(const BakeArguments& arguments);
 
 }  // namespace nif::tools

@@ -99,8 +99,9 @@ void print_merged(const format::AssetView& view, const Json& metadata) {
     if (!instance || !instance->is_number_unsigned() || !names || !names->is_array()) continue;
     const uint64_t index = instance->get<uint64_t>();
     if (index < view.instances.size())
-      fmt::print("merged    '{}': {} ({})\n", printable(view.instances[index].name),
-                 count_of(names->size(), "instance"), printable(first_of(*names)));
+      fmt::print("merged    '{}': {}, which do not move against each other ({})\n",
+                 printable(view.instances[index].name), count_of(names->size(), "instance"),
+                 printable(first_of(*names)));
   }
   if (objects->size() > kShown)
     fmt::print("          and {} more; --json lists all\n", objects->size() - kShown);

@@ -105,8 +105,10 @@ class Bake(AddonTest):
         bpy.context.collection.objects.link(second)
         bpy.context.view_layer.update()
         select(first, second)
-        self.bake()
+        self.bake("--rays 0 --no-merge")
         self.assertEqual(sorted(thing["triangles"] for thing in info(self.output)["objects"]), [1152, 4608])
+        self.bake()
+        self.assertEqual([thing["triangles"] for thing in info(self.output)["objects"]], [5760])
 
     def test_what_is_not_selected_is_left_out(self) -> None:
         thing = torus()

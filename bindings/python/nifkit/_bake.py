@@ -79,7 +79,8 @@ def bake_file(mesh: Path, path: Path, *, progress: Optional[Progress] = None, **
     """Bakes a mesh file (.obj, .ply, .stl, .off, .gltf, .glb, .drc, also .gz and .zst) into a .nif file.
 
     Args:
-        mesh: the file; its meshes become objects, and its nodes instances.
+        mesh: the file; its meshes become objects, and its nodes instances. What is placed once and never moves against each
+            other becomes one object, unless `no_merge=True`.
         path: the .nif file to write.
         progress, options: as in `bake()`.
 

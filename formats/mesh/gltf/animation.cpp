@@ -1,4 +1,4 @@
-// Finds the nodes that move. Reads them from the JSON and not with tinygltf, whose reader of animations
+// Finds the nodes that move by animations or physics. Reads them from the JSON and not with tinygltf, whose reader of animations
 // refuses a whole file for errors in them.
 #include <charconv>
 #include <nlohmann/json.hpp>
@@ -32,12 +32,9 @@ std::optional<size_t> node_of_target(const json& target) {
   return node_of_pointer(pointer->get_ref<const std::string&>());
 }
 
-}  // namespace
-
-std::set<size_t> read_animated_nodes(const json& root) {
-  std::set<size_t> nodes;
+void add_animated(const json& root, std::set<size_t>& nodes) {
   const json* animations = member(root, "animations");
-  if (!animations || !animations->is_array()) return nodes;
+  if (!animations || !animations->is_array()) return;
   for (const json& animation : *animations) {
     const json* channels = member(animation, "channels");
     if (!channels || !channels->is_array()) continue;
@@ -45,7 +42,31 @@ std::set<size_t> read_animated_nodes(const json& root) {
       if (const json* target = member(channel, "target"))
         if (const std::optional<size_t> node = node_of_target(*target)) nodes.insert(*node);
   }
-  return nodes;
+}
+
+/// Bodies of KHR_physics_rigid_bodies move if they have a motion, those of OMI_physics_body unless it is
+/// static.
+bool is_moving_body(const json& node) {
+  const json* extensions = member(node, "extensions");
+  if (!extensions) return false;
+  const json *khronos = member(*extensions, "KHR_physics_rigid_bodies"),
+             *omi = member(*extensions, "OMI_physics_body");
+  if (khronos && member(*khronos, "motion")) return true;
+  const json* motion = omi ? member(*omi, "motion") : nullptr;
+  const json* type = motion ? member(*motion, "type") : nullptr;
+  return type && *type != "static";
+}
+
+}  // namespace
+
+std::set<size_t> read_moving_nodes(const json& root) {
+  std::set<size_t> moving;
+  add_animated(root, moving);
+  const json* nodes = member(root, "nodes");
+  if (!nodes || !nodes->is_array()) return moving;
+  for (size_t i = 0; i < nodes->size(); ++i)
+    if (is_moving_body((*nodes)[i])) moving.insert(i);
+  return moving;
 }
 
 }  // namespace nif::mesh::detail

@@ -50,6 +50,8 @@ class Variants {
     }
   }
 
+  bool morphs(size_t mesh) const { return targets_[mesh] > 0; }
+
   /// The number of the placement's mesh with the weights of its node, or those of the mesh if the node has
   /// none.
   size_t add(const GltfPlacement& placement) {
@@ -159,9 +161,8 @@ std::vector<GltfPose> place_skins(const Input& input, const GltfData& data,
 /// Collects nodes with all their ancestors, parents first and each once.
 class NodeCollector {
  public:
-  NodeCollector(const tinygltf::Model& model, const GltfHierarchy& hierarchy,
-                const std::set<size_t>& animated)
-      : model_(model), hierarchy_(hierarchy), animated_(animated), index_(model.nodes.size(), kNoNode) {}
+  NodeCollector(const tinygltf::Model& model, const GltfHierarchy& hierarchy, const std::set<size_t>& moving)
+      : model_(model), hierarchy_(hierarchy), moving_(moving), index_(model.nodes.size(), kNoNode) {}
 
   /// Returns the node's index in `nodes`; kNoNode for GltfHierarchy::kNone.
   uint32_t add(size_t node, std::vector<Node>& nodes) {
@@ -170,8 +171,8 @@ class NodeCollector {
       missing.push_back(node);
     uint32_t last = node == GltfHierarchy::kNone ? kNoNode : index_[node];
     for (auto next = missing.rbegin(); next != missing.rend(); ++next) {
-      const bool moves = animated_.contains(*next) || (last != kNoNode && nodes[last].moves);
-      nodes.push_back({static_cast<uint32_t>(*next), model_.nodes[*next].name, last, moves});
+      const bool itself = moving_.contains(*next), moves = itself || (last != kNoNode && nodes[last].moves);
+      nodes.push_back({static_cast<uint32_t>(*next), model_.nodes[*next].name, last, moves, itself});
       last = index_[*next] = static_cast<uint32_t>(nodes.size() - 1);
     }
     return last;
@@ -180,7 +181,7 @@ class NodeCollector {
  private:
   const tinygltf::Model& model_;
   const GltfHierarchy& hierarchy_;
-  const std::set<size_t>& animated_;
+  const std::set<size_t>& moving_;
   std::vector<uint32_t> index_;  // [node number in the file]
 };
 
@@ -343,7 +344,7 @@ Scene read_gltf(const Input& input, std::vector<ExternalFile>& external) {
   }
   note_what_is_shown(input, hierarchy, source.surfaces, so_far, scene);
 
-  NodeCollector nodes(model, hierarchy, source.animated);
+  NodeCollector nodes(model, hierarchy, source.moving);
   FlatMeshes flat(input, scene);
   LeftOut gone;
   for (size_t i = 0; i < placements.size(); ++i) {
@@ -365,11 +366,12 @@ Scene read_gltf(const Input& input, std::vector<ExternalFile>& external) {
     }
     const uint32_t node = nodes.add(placement.node, scene.nodes);
     const bool moves = placement.skin >= 0 || (node != kNoNode && scene.nodes[node].moves);
+    const bool deforms = placement.skin >= 0 || variants.morphs(placement.mesh);
     std::string name = node_name.empty()     ? scene.meshes[mesh].name
                        : placement.instanced ? short_name(node_name)
                                              : std::string(node_name);
     scene.instances.push_back(
-        {std::move(name), mesh, *to_transform(place), node, moves, remainder_of(place)});
+        {std::move(name), mesh, *to_transform(place), node, moves, remainder_of(place), deforms});
   }
   gone.note(input, scene.notes);
   drop_unplaced(scene);

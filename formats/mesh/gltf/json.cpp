@@ -264,7 +264,7 @@ GltfSource open_gltf(const Input& input, std::vector<ExternalFile>& external) {
   }
   source.fixtures = read_fixtures(root);
   source.skins = read_skins(root);
-  source.animated = read_animated_nodes(root);
+  source.moving = read_moving_nodes(root);
   source.surfaces = read_surfaces(root);
   if (input.limits.colors) source.look = read_look(root);
   const json kept = reduced(root);

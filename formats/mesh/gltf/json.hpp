@@ -33,9 +33,9 @@ struct GltfSkin {
 /// All skins of a document. Throws only bad_alloc, whatever the document contains.
 std::vector<GltfSkin> read_skins(const nlohmann::json& root);
 
-/// The nodes that are targets of a document's animations, including those of KHR_animation_pointer. Throws
-/// only bad_alloc, whatever the document contains.
-std::set<size_t> read_animated_nodes(const nlohmann::json& root);
+/// The nodes that are targets of a document's animations, including those of KHR_animation_pointer, and those
+/// that its physics moves. Throws only bad_alloc, whatever the document contains.
+std::set<size_t> read_moving_nodes(const nlohmann::json& root);
 
 /// Null if `object` is not an object or has no such member.
 const nlohmann::json* member(const nlohmann::json& object, const char* name);
@@ -97,7 +97,7 @@ struct GltfSource {
   std::deque<std::string> owned;      ///< memory that the views point into, unless that is the file
   std::vector<GltfFixture> fixtures;  ///< cameras and lights, by node
   std::vector<GltfSkin> skins;
-  std::set<size_t> animated;          ///< numbers of nodes
+  std::set<size_t> moving;            ///< numbers of nodes
   GltfLook look;                      ///< with ReadLimits::colors
   std::vector<GltfSurface> surfaces;  ///< [material]
   std::vector<Note> notes;

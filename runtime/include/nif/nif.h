@@ -321,9 +321,10 @@ typedef struct NifObjectInfo {
   /* 0: an object of NIF_ENCODING_PROOF without planes, because the baker found that they would save too
    * little. It proves only that rays miss it: query your own BVH alone. 1: all other objects. */
   uint32_t proves;
-  /* The number of triangles in the source mesh, if the object was baked with --source-triangles: then
-   * NifHits.triangle is a triangle's number in that mesh, from 0. Otherwise 0: then NifHits.triangle is the
-   * object's own number, which says nothing about the source mesh. */
+  /* The number of triangles in the source mesh, if the object was baked with --source-triangles or was merged
+   * of several meshes: then NifHits.triangle is a triangle's number in that mesh, from 0 (docs/meshes.md says
+   * which part of a merged mesh it is on). Otherwise 0: then NifHits.triangle is the object's own number,
+   * which says nothing about the source mesh. */
   uint32_t source_triangles;
   uint32_t colors; /* 1: hits have the surface's colours (nif bake --colors); 0: the object has none */
   /* 0: the object itself. k: a coarser stand-in for the next object of the asset, which has level k - 1; no
