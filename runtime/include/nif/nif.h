@@ -155,7 +155,8 @@ typedef struct NifDeviceCallbacks {
  * - queries=N: queries that can run at once without scratch from the caller (default 0: as many as the
  *   machine has threads).
  * - isa=NAME: the CPU's instruction set: auto (default), scalar, sse4, avx2, avx512, neon or wasm.
- * - memory=NAME: auto (default), or least: smaller grid tables, but slower queries. CPU only.
+ * - memory=NAME: auto (default), or least: smaller grid tables and no decoded triangles, but slower queries.
+ *   CPU only.
  * - backend=NAME: cpu (default), gpu (a GPU of NVIDIA or AMD), cuda (NVIDIA only) or hip (AMD only).
  * - device=N: which GPU, as numbered by nifGetGpuInfo (default: the backend's first).
  * - module=PATH: with a GPU, the file of the GPU module.

@@ -1,0 +1,221 @@
+// Decoded `bvh` objects have the triangles of the file, each once, in boxes that hold them; and the SIMD kernels give the
+// reference's bits, whether an object is decoded or not.
+#include "kernels/cpu/triangles/decoded_tree.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <limits>
+#include <memory>
+
+#include "kernels/cpu/cpu_encodings.hpp"
+#include "kernels/reference/batch.hpp"
+#include "kernels/reference/triangles/triangles_hit.hpp"
+#include "tests/support/random_bvh.hpp"
+
+namespace nif::test {
+namespace {
+
+using kernels::Segment;
+using kernels::TrianglesField;
+using kernels::cpu::DecodedNode;
+using kernels::cpu::DecodedTree;
+using kernels::cpu::Isa;
+
+constexpr size_t kNoLimit = std::numeric_limits<size_t>::max();
+
+std::vector<format::TrianglesData> trees() {
+  Random random(1);
+  std::vector<format::TrianglesData> all;
+  for (const uint32_t triangles : {1u, 2u, 4u, 5u, 9u, 33u, 300u, 2000u})
+    for (const float size : {1.0f, 1e-12f, 1e12f})
+      for (const float centre : {0.0f, 1000.0f})
+        all.push_back(random_bvh(random, triangles, centre * size, size));
+  return all;
+}
+
+/// Counts how often each triangle is below a node, and checks boxes and corners.
+class Checker {
+ public:
+  Checker(const TrianglesField& field, const DecodedTree& tree)
+      : field_(field), tree_(tree), seen_(field.triangle_count), corners_(field.triangle_count) {
+    for (uint32_t n = 0; n < field.node_count; ++n) {
+      const kernels::BvhNode& node = field.nodes[n];
+      for (const uint8_t slot : node.slots) {
+        if (slot == 0 || kernels::slot_kind(slot) == kernels::kInnerSlot) continue;
+        for (uint32_t i = 0; i < kernels::slot_kind(slot); ++i) {
+          const uint32_t triangle = node.first_triangle + kernels::slot_rank(slot) + i;
+          for (uint32_t k = 0; k < 3; ++k)
+            corners_[triangle][k] = field.vertices[node.first_vertex + field.triangles[triangle][k]];
+        }
+      }
+    }
+  }
+  void visit(uint32_t number, const float (&low)[3], const float (&high)[3], uint32_t depth) {
+    ASSERT_LT(depth, kernels::kMaxBvhDepth);
+    const DecodedNode& node = tree_.nodes[number];
+    ++nodes_;
+    for (uint32_t s = 0; s < kernels::kBvhWidth; ++s) {
+      if (!(node.low[0][s] <= node.high[0][s])) continue;
+      float box_low[3], box_high[3];
+      for (uint32_t a = 0; a < 3; ++a) {
+        box_low[a] = node.low[a][s];
+        box_high[a] = node.high[a][s];
+        // A child's planes are rounded outwards in another frame than its parent's.
+        const float slack = 0.02f * (high[a] - low[a]);
+        if (depth > 0) {
+          ASSERT_GE(box_low[a], low[a] - slack);
+          ASSERT_LE(box_high[a], high[a] + slack);
+        }
+      }
+      if ((node.order[0] >> (24 + s) & 1) != 0) {
+        ASSERT_NO_FATAL_FAILURE(visit(node.children[s], box_low, box_high, depth + 1));
+      } else {
+        check_leaf(node.children[s], box_low, box_high);
+      }
+    }
+    for (const uint32_t order : node.order) {
+      uint32_t slots = 0;
+      for (uint32_t i = 0; i < kernels::kBvhWidth; ++i) slots |= 1u << (order >> 3 * i & 7);
+      ASSERT_EQ(slots, 255u);  // each once
+    }
+  }
+  const std::vector<uint32_t>& seen() const { return seen_; }
+  uint32_t nodes() const { return nodes_; }
+
+ private:
+  void check_leaf(uint32_t child, const float (&low)[3], const float (&high)[3]) {
+    const kernels::cpu::DecodedLeaf& leaf = tree_.leaves[child / kernels::kBvhLeafTriangles];
+    for (uint32_t i = 0; i <= child % kernels::kBvhLeafTriangles; ++i) {
+      const uint32_t triangle = leaf.triangles[i];
+      ASSERT_LT(triangle, seen_.size());
+      ++seen_[triangle];
+      for (uint32_t k = 0; k < 3; ++k)
+        for (uint32_t a = 0; a < 3; ++a) {
+          const float at = leaf.corners[k][a][i];
+          EXPECT_EQ(at, corners_[triangle][k][a]);
+          EXPECT_GE(at, low[a]);
+          EXPECT_LE(at, high[a]);
+        }
+    }
+  }
+
+  const TrianglesField& field_;
+  const DecodedTree& tree_;
+  std::vector<uint32_t> seen_;
+  std::vector<std::array<const float*, 3>> corners_;
+  uint32_t nodes_ = 0;
+};
+
+TEST(DecodedTree, HasEachTriangleOnceInBoxesThatHoldIt) {
+  uint32_t before = 0, after = 0;
+  for (const format::TrianglesData& bvh : trees()) {
+    const TrianglesField field = format::field_of(bvh);
+    kernels::cpu::SharedCopies copies;
+    const DecodedTree tree = decode(field, kNoLimit, copies, std::pmr::new_delete_resource());
+    ASSERT_NE(tree.nodes, nullptr);
+    EXPECT_EQ(reinterpret_cast<uintptr_t>(tree.nodes) % alignof(DecodedNode), 0u);
+    Checker checker(field, tree);
+    const float none[3] = {};
+    ASSERT_NO_FATAL_FAILURE(checker.visit(0, none, none, 0));
+    for (const uint32_t times : checker.seen()) ASSERT_EQ(times, 1u);
+    before += field.node_count;
+    after += checker.nodes();
+  }
+  EXPECT_LT(after, before);  // nodes are filled up
+}
+
+TEST(DecodedTree, IsSharedAndKeepsItsLimit) {
+  Random random(2);
+  const format::TrianglesData bvh = random_bvh(random, 500);
+  const TrianglesField field = format::field_of(bvh);
+  std::pmr::memory_resource* const memory = std::pmr::new_delete_resource();
+  kernels::cpu::SharedCopies copies;
+  const DecodedTree tree = decode(field, kNoLimit, copies, memory);
+  EXPECT_EQ(decode(field, kNoLimit, copies, memory).nodes, tree.nodes);
+  EXPECT_EQ(copies.resident_bytes(kernels::cpu::Copied::triangles), tree.bytes);
+  TrianglesField other = field;  // the same nodes, but not the same vertices
+  const std::vector<float> moved(3 * field.vertex_count);
+  other.vertices = reinterpret_cast<const float(*)[3]>(moved.data());
+  EXPECT_NE(decode(other, kNoLimit, copies, memory).nodes, tree.nodes);
+  for (const size_t most : {size_t{0}, size_t{1000}, tree.bytes / 2}) {
+    kernels::cpu::SharedCopies few;
+    EXPECT_EQ(decode(field, most, few, memory).nodes, nullptr) << most;
+    EXPECT_LT(few.resident_bytes(kernels::cpu::Copied::triangles), 100u);
+  }
+}
+
+struct Way {
+  Isa isa;
+  bool decoded;
+};
+
+class DecodedKernels : public testing::TestWithParam<Way> {};
+
+bool same_bits(const kernels::Hit& a, const kernels::Hit& b) { return std::memcmp(&a, &b, sizeof(a)) == 0; }
+
+TEST_P(DecodedKernels, GiveTheReferencesBits) {
+  if (!kernels::cpu::available(GetParam().isa)) GTEST_SKIP() << "this machine does not have it";
+  struct Work {
+    kernels::SegmentBatch batch;
+    kernels::AnswerBatch answers;
+    kernels::HitBatch hits;
+    float limit[kernels::kBatchRays];
+    alignas(64) std::byte scratch[kernels::kKernelScratchBytes];
+  };
+  const auto work = std::make_unique<Work>();
+  Random random(3);
+  uint64_t met = 0, rays = 0;
+  for (const format::TrianglesData& bvh : trees()) {
+    const TrianglesField field = format::field_of(bvh);
+    kernels::cpu::SharedCopies copies;
+    kernels::cpu::KernelOptions options{GetParam().isa, std::pmr::new_delete_resource(), copies};
+    if (!GetParam().decoded) options.most_decoded = 0;
+    const auto kernel = kernels::cpu::make_kernel(field, options);
+    EXPECT_EQ(kernel->built_bytes().decoded_triangles > 0, GetParam().decoded);
+    for (const uint32_t count : {1u, 7u, 100u, kernels::kBatchRays}) {
+      work->batch.count = count;
+      for (uint32_t i = 0; i < count; ++i) {
+        set_segment(work->batch, i, random_segment(random, field));
+        work->limit[i] = kernels::kNoHit;
+      }
+      kernel->answer(work->batch, work->answers, work->scratch);
+      kernel->intersect(work->batch, work->limit, work->hits, work->scratch);
+      for (uint32_t i = 0; i < count; ++i) {
+        const Segment segment = segment_of(work->batch, i);
+        const kernels::Answer answer = query(field, segment);
+        ASSERT_EQ(work->answers.logit[i], answer.logit);
+        ASSERT_EQ(work->answers.certain[i] != 0, answer.certain);
+        const kernels::Hit hit = intersect(field, segment);
+        ASSERT_TRUE(same_bits(hit_of(work->hits, i), hit)) << hit.t << ' ' << work->hits.t[i];
+        met += hit.t < kernels::kNoHit;
+        ++rays;
+        // Of a hit beyond the limit only that it is beyond counts.
+        if (random.below(2) == 0) work->limit[i] = hit.t < kernels::kNoHit ? hit.t * random.unit() * 2 : 1;
+      }
+      kernel->intersect(work->batch, work->limit, work->hits, work->scratch);
+      for (uint32_t i = 0; i < count; ++i) {
+        const kernels::Hit hit = intersect(field, segment_of(work->batch, i)),
+                           limited = hit_of(work->hits, i);
+        if (hit.t <= work->limit[i])
+          ASSERT_TRUE(same_bits(limited, hit));
+        else
+          ASSERT_GT(limited.t, work->limit[i]);
+      }
+    }
+  }
+  EXPECT_GT(met, rays / 4);
+}
+
+std::string name_of(const testing::TestParamInfo<Way>& info) {
+  constexpr const char* kNames[] = {"sse4", "avx2", "avx512", "neon"};
+  return std::string(kNames[size_t(info.param.isa)]) + (info.param.decoded ? "_decoded" : "_packed");
+}
+INSTANTIATE_TEST_SUITE_P(Each, DecodedKernels,
+                         testing::Values(Way{Isa::sse4, true}, Way{Isa::avx2, true}, Way{Isa::avx512, true},
+                                         Way{Isa::neon, true}, Way{Isa::sse4, false}, Way{Isa::avx2, false},
+                                         Way{Isa::avx512, false}, Way{Isa::neon, false}),
+                         name_of);
+
+}  // namespace
+}  // namespace nif::test
