@@ -35,12 +35,15 @@ class SharedCopies {
   size_t resident_bytes(Copied kind) const {
     size_t bytes = 0;
     for (const auto& [key, copy] : copies_)
-      if (key.first == kind) bytes += copy.capacity() * sizeof(copy[0]);
+      if (key.first == kind) bytes += kEntryBytes + copy.capacity() * sizeof(copy[0]);
     return bytes;
   }
 
  private:
-  std::pmr::map<std::pair<Copied, Originals>, Words> copies_;
+  using Copies = std::pmr::map<std::pair<Copied, Originals>, Words>;
+  static constexpr size_t kEntryBytes = sizeof(Copies::value_type) + 4 * sizeof(void*);
+
+  Copies copies_;
 };
 
 }  // namespace nif::kernels::cpu

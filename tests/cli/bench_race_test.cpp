@@ -50,7 +50,9 @@ class BenchRace : public testing::Test {
     mesh_ = folder_->write("two.obj", two).string();
     glb_ = folder_->write("rows.glb", rings_and_balls()).string();
     for (const std::string& mesh : {mesh_, glb_})
-      ASSERT_EQ(nif({"bake", mesh, "-o", mesh + ".nif", "--encoding", "bvh", "--rays", "0", "--quiet"}).code,
+      ASSERT_EQ(nif({"bake", mesh, "-o", mesh + ".nif", "--encoding", "bvh", "--no-merge", "--rays", "0",
+                     "--quiet"})
+                    .code,
                 0);
     ASSERT_EQ(of_mesh({"--export", path("export")}).code, 0);
     ASSERT_EQ(of_scene({"--export", path("scene export")}).code, 0);

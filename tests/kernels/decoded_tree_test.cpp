@@ -133,7 +133,7 @@ TEST(DecodedTree, IsSharedAndKeepsItsLimit) {
   kernels::cpu::SharedCopies copies;
   const DecodedTree tree = decode(field, kNoLimit, copies, memory);
   EXPECT_EQ(decode(field, kNoLimit, copies, memory).nodes, tree.nodes);
-  EXPECT_EQ(copies.resident_bytes(kernels::cpu::Copied::triangles), tree.bytes);
+  EXPECT_LT(copies.resident_bytes(kernels::cpu::Copied::triangles), tree.bytes + 200);  // one copy
   TrianglesField other = field;  // the same nodes, but not the same vertices
   const std::vector<float> moved(3 * field.vertex_count);
   other.vertices = reinterpret_cast<const float(*)[3]>(moved.data());
@@ -141,7 +141,7 @@ TEST(DecodedTree, IsSharedAndKeepsItsLimit) {
   for (const size_t most : {size_t{0}, size_t{1000}, tree.bytes / 2}) {
     kernels::cpu::SharedCopies few;
     EXPECT_EQ(decode(field, most, few, memory).nodes, nullptr) << most;
-    EXPECT_LT(few.resident_bytes(kernels::cpu::Copied::triangles), 100u);
+    EXPECT_LT(few.resident_bytes(kernels::cpu::Copied::triangles), 200u);
   }
 }
 
