@@ -27,9 +27,10 @@ class SharedCopies {
   /// The copy of data at `originals`; its address does not change. If there is none yet, fill(copy) makes it.
   template <class Fill>
   const Words& get(Copied kind, const Originals& originals, const Fill& fill) {
-    const auto [at, is_new] = copies_.try_emplace({kind, originals});
-    if (is_new) fill(at->second);
-    return at->second;
+    if (const auto at = copies_.find({kind, originals}); at != copies_.end()) return at->second;
+    Words words(copies_.get_allocator().resource());
+    fill(words);
+    return copies_.emplace(std::pair(kind, originals), std::move(words)).first->second;
   }
 
   size_t resident_bytes(Copied kind) const {

@@ -52,10 +52,9 @@ inline constexpr size_t kKernelScratchBytes = 512 * 1024;
 
 /// Memory that a kernel holds besides the field that it was made from.
 struct BuiltBytes {
-  size_t traversal_words = 0;  ///< kernels/packed/traversal_words.hpp
-  size_t corner_bricks = 0;    ///< kernels/packed/corner_bricks.hpp
-  /// kernels/cpu/triangles/decoded_tree.hpp. Objects with the same triangles share it.
-  size_t decoded_triangles = 0;
+  size_t traversal_words = 0;    ///< kernels/packed/traversal_words.hpp
+  size_t corner_bricks = 0;      ///< kernels/packed/corner_bricks.hpp
+  size_t decoded_triangles = 0;  ///< kernels/cpu/triangles/decoded_tree.hpp
 };
 
 class ObjectKernel {

@@ -82,7 +82,7 @@ void run(const std::string& path, const std::string& mesh, uint64_t count, int r
                                     std::pair{Isa::sse4, "sse4"}, std::pair{Isa::neon, "neon"}}) {
       if (!kernels::cpu::available(isa)) continue;
       kernels::cpu::KernelOptions options{isa, std::pmr::new_delete_resource(), copies};
-      if (least) options.most_without_bricks = 0;
+      if (least) options.most_without_bricks = options.most_decoded = 0;
       const auto kernel = kernels::cpu::make_kernel(field, options);
       const std::vector<double> times = time_rounds(*kernel, batches, rays.size(), rounds, hits);
       fmt::print("{}\t{}\t{:.1f}\t{:.1f}\n", name, bake::name_of(set), times.front(),

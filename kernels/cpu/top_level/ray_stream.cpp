@@ -250,7 +250,7 @@ void join_hits(const RayStream& stream, const WorldBox& box, const StreamHits& a
     const auto ray = hn::GatherIndex(di, reinterpret_cast<const int32_t*>(stream.ray), column.at);
     auto t = hn::Load(d, met.t + k), low = hn::Load(d, met.low + k), high = hn::Load(d, met.high + k);
     // forget_proof()
-    auto certain = proves ? in_range : hn::Not(hn::Eq(t, t));
+    auto certain = mask_of(proves ? present : 0);
     if (proves && !added.instance.identity) certain = stay_certain(stream, added, k, column);
     low = hn::IfThenElse(certain, low, hn::Neg(none));
     high = hn::IfThenElse(certain, high, none);

@@ -31,7 +31,8 @@ constexpr uint32_t kFlights = 8;
 
 using SlotWords = hn::RebindToUnsigned<Slots>;
 
-/// The slots whose boxes the ray may meet something in, as bits.
+/// The slots whose boxes the ray may meet something in, as bits. An idle flight may multiply infinity by 0; it meets
+/// nothing, because minimum and maximum then give their second operand, or the comparison is false.
 HWY_INLINE uint32_t meets_boxes(const DecodedNode& node, const ReadyRay& ray) {
   const Slots d;
   uint32_t met = 0;

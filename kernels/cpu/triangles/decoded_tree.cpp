@@ -153,7 +153,9 @@ uint32_t far_to_near(const Items& all, uint32_t signs) {
       along[s] += (signs >> a & 1) != 0 ? -middle : middle;
     }
   }
-  std::stable_sort(slots, slots + kBvhWidth, [&](uint32_t a, uint32_t b) { return along[a] > along[b]; });
+  // Not std::stable_sort, which allocates.
+  std::sort(slots, slots + kBvhWidth,
+            [&](uint32_t a, uint32_t b) { return along[a] > along[b] || (along[a] == along[b] && a < b); });
   uint32_t order = 0;
   for (uint32_t s = 0; s < kBvhWidth; ++s) order |= slots[s] << 3 * s;
   return order;
@@ -233,7 +235,8 @@ DecodedTree decode(const TrianglesField& field, size_t most_bytes, SharedCopies&
   // The first word is the number of nodes, 0 if there is no copy.
   const SharedCopies::Words& copy = copies.get(
       Copied::triangles, {field.nodes, field.vertices, field.triangles}, [&](SharedCopies::Words& words) {
-        Decoder decoder(field, most_bytes, memory);
+        // Numbers of nodes and of triangles in leaves take 32 bits.
+        Decoder decoder(field, std::min(most_bytes, size_t{1} << 32), memory);
         words.assign(1, 0);
         if (!decoder.run()) return;
         const size_t nodes = decoder.nodes().size(), leaves = decoder.leaves().size();

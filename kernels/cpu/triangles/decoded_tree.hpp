@@ -17,11 +17,9 @@ namespace nif::kernels::cpu {
 /// An object is decoded if that takes at most this many bytes: some 85,000 triangles. Larger ones, out of a core's
 /// cache, are faster with few bytes (docs/results/cpu-kernels.md, "Decoded triangles").
 inline constexpr size_t kMostDecoded = size_t{8} << 20;
-/// Whether any is: on a web page the code is too much to download.
-#ifdef __wasm__
-inline constexpr bool kDecodes = false;
-#else
-inline constexpr bool kDecodes = true;
+/// Defined if any is. On a web page the code is too much to download, and Highway lacks doubles there.
+#ifndef __wasm__
+#define NIF_DECODES
 #endif
 
 /// What a slot of a node leads to: the number of a node; or that of a leaf times kBvhLeafTriangles, plus the number

@@ -23,7 +23,7 @@ namespace nif::kernels::cpu::HWY_NAMESPACE {
 /// A ray as leaves see it, prepared once: pairs of rows, of the first and the second axis.
 struct alignas(32) DecodedRay {
   float origin[8], shear[8];     ///< four times the first, four times the second
-  float origin_z, padding;       ///< of the third; as ReadyRay's
+  float origin_z, padding;       ///< origin along the third axis; ReadyRay's padding
   float error[2];                ///< the two factors of sides' error bounds
   uint32_t rows[3];              ///< bytes from a corner of a DecodedLeaf to the rows of the axes
   uint32_t sign;                 ///< of the direction's longest component, in the upper bit

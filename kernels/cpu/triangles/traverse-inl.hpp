@@ -21,9 +21,11 @@
 #include <hwy/highway.h>
 
 #include "kernels/cpu/triangles/boxes-inl.hpp"
-#include "kernels/cpu/triangles/decoded_traverse-inl.hpp"
 #include "kernels/cpu/triangles/triangles-inl.hpp"
 #include "kernels/reference/batch.hpp"
+#ifdef NIF_DECODES
+#include "kernels/cpu/triangles/decoded_traverse-inl.hpp"
+#endif
 
 HWY_BEFORE_NAMESPACE();
 namespace nif::kernels::cpu::HWY_NAMESPACE {
@@ -342,18 +344,23 @@ HWY_INLINE void traverse_for(const Goal& goal, const BvhTree& tree, const Segmen
   }
 }
 
-/// Answers the rays of a batch. Not inlined, so that all kernels share this code.
 union BvhScratch {
   TraversalScratch<AnyTriangle> packed;
+#ifdef NIF_DECODES
   decoded::TraversalScratch<decoded::AnyTriangle> decoded;
+#endif
 };
+/// Answers the rays of a batch. Not inlined, so that all kernels share this code.
 HWY_NOINLINE inline void traverse(const BvhTree& tree, const SegmentBatch& batch, const float* enter,
                                   const float* leave, AnswerBatch& answers, BvhScratch& scratch) {
-  if (kDecodes && tree.decoded.nodes != nullptr)
+#ifdef NIF_DECODES
+  if (tree.decoded.nodes != nullptr) {
     decoded::traverse_for(decoded::AnyTriangle(tree, batch, answers), tree, batch, enter, leave,
                           scratch.decoded);
-  else
-    traverse_for(AnyTriangle(batch, answers), tree, batch, enter, leave, scratch.packed);
+    return;
+  }
+#endif
+  traverse_for(AnyTriangle(batch, answers), tree, batch, enter, leave, scratch.packed);
 }
 
 /// The same without an interval.
@@ -377,22 +384,27 @@ HWY_NOINLINE inline void traverse_whole(const BvhTree& tree, const SegmentBatch&
 /// Finds their first hits.
 struct BvhHitScratch {
   AnswerBatch answers;
+#ifdef NIF_DECODES
   HitCandidates candidates;
+#endif
   union {
     TraversalScratch<FirstTriangle> packed;
+#ifdef NIF_DECODES
     decoded::TraversalScratch<decoded::FirstTriangle> decoded;
+#endif
   };
 };
 HWY_NOINLINE inline void traverse_to_hits(const BvhTree& tree, const SegmentBatch& batch, const float* enter,
                                           const float* leave, HitBatch& hits, BvhHitScratch& scratch) {
   fill_hits(hits, batch.count, Hit());
-  if (kDecodes && tree.decoded.nodes != nullptr) {
+#ifdef NIF_DECODES
+  if (tree.decoded.nodes != nullptr) {
     const decoded::FirstTriangle goal(tree, batch, scratch.answers, hits, scratch.candidates);
     decoded::traverse_for(goal, tree, batch, enter, leave, scratch.decoded);
     goal.finish();
-  } else {
+  } else
+#endif
     traverse_for(FirstTriangle(batch, scratch.answers, hits), tree, batch, enter, leave, scratch.packed);
-  }
   for (uint32_t i = 0; i < batch.count; ++i)
     if (!(hits.t[i] < kNoHit) && scratch.answers.certain[i] != 0) hits.low[i] = kNoHit;
 }

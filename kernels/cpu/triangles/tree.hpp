@@ -16,40 +16,39 @@ struct BvhTree {
   /// that boxes use must lie within the root's.
   float reach = 0;
   // The root's slots.
-  uint32_t inner = 0, leaves = 0;               ///< bits by slot
-  float low[kBvhWidth][3], high[kBvhWidth][3];  ///< of the slots in use, which come first
+  uint32_t inner = 0, leaves = 0;                         ///< bits by slot
+  float low[kBvhWidth][3] = {}, high[kBvhWidth][3] = {};  ///< of the slots in use, which come first
 };
 
 /// Decodes the field if `options` allow it.
-inline BvhTree tree_of(const TrianglesField& field, const KernelOptions& options) {
-  BvhTree tree{field,
-               kDecodes ? decode(field, options.most_decoded, options.copies, options.memory) : DecodedTree(),
-               field.extent,
-               0,
-               0,
-               {},
-               {}};
+inline BvhTree tree_of(const TrianglesField& field, [[maybe_unused]] const KernelOptions& options) {
+  BvhTree tree;
+  tree.field = field;
+  tree.reach = field.extent;
+#ifdef NIF_DECODES
+  tree.decoded = decode(field, options.most_decoded, options.copies, options.memory);
+#endif
   for (uint32_t i = 0; i < field.node_count; ++i) tree.reach = max_of(bvh_extent(field.nodes[i]), tree.reach);
-  const auto take = [&](uint32_t slot, bool inner, const auto& low, const auto& high) {
-    (inner ? tree.inner : tree.leaves) |= 1u << slot;
-    for (uint32_t a = 0; a < 3; ++a) {
-      tree.low[slot][a] = low(a);
-      tree.high[slot][a] = high(a);
+#ifdef NIF_DECODES
+  if (const DecodedNode* const root = tree.decoded.nodes) {
+    for (uint32_t s = 0; s < kBvhWidth && root->low[0][s] <= root->high[0][s]; ++s) {
+      ((root->order[0] >> (24 + s) & 1) != 0 ? tree.inner : tree.leaves) |= 1u << s;
+      for (uint32_t a = 0; a < 3; ++a) {
+        tree.low[s][a] = root->low[a][s];
+        tree.high[s][a] = root->high[a][s];
+      }
     }
-  };
-  if (const DecodedNode* const root = tree.decoded.nodes; kDecodes && root != nullptr) {
-    for (uint32_t s = 0; s < kBvhWidth && root->low[0][s] <= root->high[0][s]; ++s)
-      take(
-          s, (root->order[0] >> (24 + s) & 1) != 0, [&](uint32_t a) { return root->low[a][s]; },
-          [&](uint32_t a) { return root->high[a][s]; });
     return tree;
   }
+#endif
   const BvhNode& root = field.nodes[0];
-  for (uint32_t s = 0; s < kBvhWidth && root.slots[s] != 0; ++s)
-    take(
-        s, slot_kind(root.slots[s]) == kInnerSlot,
-        [&](uint32_t a) { return frame_plane(root.frame[a], root.low[a][s]); },
-        [&](uint32_t a) { return frame_plane(root.frame[a], root.high[a][s]); });
+  for (uint32_t s = 0; s < kBvhWidth && root.slots[s] != 0; ++s) {
+    (slot_kind(root.slots[s]) == kInnerSlot ? tree.inner : tree.leaves) |= 1u << s;
+    for (uint32_t a = 0; a < 3; ++a) {
+      tree.low[s][a] = frame_plane(root.frame[a], root.low[a][s]);
+      tree.high[s][a] = frame_plane(root.frame[a], root.high[a][s]);
+    }
+  }
   return tree;
 }
 
