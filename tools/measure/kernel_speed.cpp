@@ -1,9 +1,10 @@
 // A study, not a test: how long the CPU's kernels take for a ray, alone, on batches in memory.
 // docs/results/cpu-kernels.md has its output.
 //
-//   kernel_speed [--hits] [--least] ASSET MESH [RAYS [ROUNDS]]
+//   kernel_speed [--hits] [--least] [--few] ASSET MESH [RAYS [ROUNDS]]
 //
-// --hits: first hits instead of visibility. --least: as on devices with memory=least. ASSET has one object,
+// --hits: first hits instead of visibility. --least: as on devices with memory=least. --few: 8 rays in a batch instead
+// of as many as it holds. ASSET has one object,
 // of any encoding, baked from MESH. Prints a tab-separated line for each instruction set of this machine and
 // each of three ray sets: both names, and the least and the median nanoseconds per ray over the rounds (20),
 // on one thread. The 200000 rays of each set are those of nif bench.
@@ -27,10 +28,11 @@ namespace {
 using namespace nif;
 using kernels::cpu::Isa;
 
-std::vector<kernels::SegmentBatch> to_batches(std::span<const kernels::Segment> rays) {
-  std::vector<kernels::SegmentBatch> batches((rays.size() + kernels::kBatchRays - 1) / kernels::kBatchRays);
+/// `size`: rays in a batch.
+std::vector<kernels::SegmentBatch> to_batches(std::span<const kernels::Segment> rays, size_t size) {
+  std::vector<kernels::SegmentBatch> batches((rays.size() + size - 1) / size);
   for (size_t i = 0; i < rays.size(); ++i) {
-    kernels::SegmentBatch& batch = batches[i / kernels::kBatchRays];
+    kernels::SegmentBatch& batch = batches[i / size];
     kernels::set_segment(batch, batch.count++, rays[i]);
   }
   return batches;
@@ -64,8 +66,8 @@ std::vector<double> time_rounds(const kernels::ObjectKernel& kernel,
   return times;
 }
 
-void run(const std::string& path, const std::string& mesh, uint64_t count, int rounds, bool hits,
-         bool least) {
+void run(const std::string& path, const std::string& mesh, uint64_t count, int rounds, bool hits, bool least,
+         size_t batch) {
   const format::FileMemory memory = format::FileMemory::load(path, format::FileMemory::Mode::read);
   const format::AssetView view = format::read_asset(memory.bytes(), path);
   const bake::PreparedScene prepared = bake::prepare(mesh::read(mesh));
@@ -77,7 +79,7 @@ void run(const std::string& path, const std::string& mesh, uint64_t count, int r
   for (const bake::RaySet set : {bake::RaySet::outer_lines, bake::RaySet::inner_surface, bake::RaySet::sun}) {
     const auto rays = bake::draw_ray_set(truth.source(), set, count, 2).segments;
     if (rays.empty()) continue;
-    const std::vector<kernels::SegmentBatch> batches = to_batches(rays);
+    const std::vector<kernels::SegmentBatch> batches = to_batches(rays, batch);
     for (const auto& [isa, name] : {std::pair{Isa::avx512, "avx512"}, std::pair{Isa::avx2, "avx2"},
                                     std::pair{Isa::sse4, "sse4"}, std::pair{Isa::neon, "neon"}}) {
       if (!kernels::cpu::available(isa)) continue;
@@ -94,19 +96,20 @@ void run(const std::string& path, const std::string& mesh, uint64_t count, int r
 }  // namespace
 
 int main(int argc, char** argv) {
-  bool hits = false, least = false;
+  bool hits = false, least = false, few = false;
   for (; argc > 1 && std::string_view(argv[1]).starts_with("--"); --argc, ++argv) {
     hits |= std::string_view(argv[1]) == "--hits";
     least |= std::string_view(argv[1]) == "--least";
+    few |= std::string_view(argv[1]) == "--few";
   }
   const uint64_t rays = argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 200'000;
   const int rounds = argc > 4 ? std::atoi(argv[4]) : 20;
   if (argc < 3 || argc > 5 || rays == 0 || rounds < 1) {
-    fmt::print(stderr, "usage: kernel_speed [--hits] [--least] ASSET MESH [RAYS [ROUNDS]]\n");
+    fmt::print(stderr, "usage: kernel_speed [--hits] [--least] [--few] ASSET MESH [RAYS [ROUNDS]]\n");
     return int(Status::usage);
   }
   try {
-    run(argv[1], argv[2], rays, rounds, hits, least);
+    run(argv[1], argv[2], rays, rounds, hits, least, few ? 8 : kernels::kBatchRays);
   } catch (const Error& error) {
     fmt::print(stderr, "{}\n", error.what());
     return int(error.status());

@@ -28,11 +28,11 @@ namespace decoded {
 
 constexpr uint32_t kFlightGroups = 3;
 constexpr uint32_t kFlights = 8;
+constexpr uint32_t kAllFlights = (1u << kFlights) - 1;
 
 using SlotWords = hn::RebindToUnsigned<Slots>;
 
-/// The slots whose boxes the ray may meet something in, as bits. An idle flight may multiply infinity by 0; it meets
-/// nothing, because minimum and maximum then give their second operand, or the comparison is false.
+/// The slots whose boxes the ray may meet something in, as bits.
 HWY_INLINE uint32_t meets_boxes(const DecodedNode& node, const ReadyRay& ray) {
   const Slots d;
   uint32_t met = 0;
@@ -239,11 +239,16 @@ class Traversal {
   /// Every ray tests the boxes of its node and moves to the next.
   HWY_INLINE void test_nodes(FlightGroup& group) const {
     uint32_t count = 0, done = 0;
-    // Unrolled, so that addresses within the group are constants.
-    const auto test_all = [&]<uint32_t... kAt>(std::integer_sequence<uint32_t, kAt...>) HWY_ATTR {
-      (test_node<kAt>(group, count, done), ...);
-    };
-    test_all(std::make_integer_sequence<uint32_t, kFlights>());
+    if (HWY_LIKELY(group.in_flight == kAllFlights)) {
+      // Unrolled, so that addresses within the group are constants.
+      const auto test_all = [&]<uint32_t... kAt>(std::integer_sequence<uint32_t, kAt...>) HWY_ATTR {
+        (test_node(group, kAt, count, done), ...);
+      };
+      test_all(std::make_integer_sequence<uint32_t, kFlights>());
+    } else {
+      for (uint32_t bits = group.in_flight; bits != 0; bits &= bits - 1)
+        test_node(group, lowest_bit(bits), count, done);
+    }
     group.count = count;
     group.done = done;
   }
@@ -283,35 +288,31 @@ class Traversal {
     for (uint32_t ended = group.in_flight & done; ended != 0; ended &= ended - 1)
       goal_.end(group.flights[lowest_bit(ended)], (blocked >> lowest_bit(ended) & 1) != 0);
     group.in_flight &= ~done;
-    for (uint32_t free = ~group.in_flight & ((1u << kFlights) - 1); free != 0; free &= free - 1) {
+    for (uint32_t free = ~group.in_flight & kAllFlights; free != 0; free &= free - 1) {
       const uint32_t at = lowest_bit(free);
-      if (ready_.traversed == 0 && !make_some_ready()) {
-        idle(group, free);
-        return;
-      }
+      if (ready_.traversed == 0 && !make_some_ready()) return;
       start(group.flights[at], group.tops[at]);
       group.in_flight |= 1u << at;
     }
   }
 
  private:
-  template <uint32_t kAt>
-  HWY_INLINE void test_node(FlightGroup& group, uint32_t& count, uint32_t& done) const {
-    Flight& flight = group.flights[kAt];
-    const int32_t top = group.tops[kAt];
+  HWY_INLINE void test_node(FlightGroup& group, uint32_t at, uint32_t& count, uint32_t& done) const {
+    Flight& flight = group.flights[at];
+    const int32_t top = group.tops[at];
     const DecodedNode& node = tree_.decoded.nodes[flight.stack[top]];
     const uint32_t met = meets_boxes(node, flight.ray);
     const uint32_t order = node.order[Goal::kNearestFirst ? flight.ray.entry[3] : 0];
     const uint32_t inner = met & (order >> 24), leaves = met & ~inner;
     const SlotWords d;
     for (uint32_t i = 0; i < kBvhWidth; i += uint32_t(hn::Lanes(d)))
-      hn::StoreU(hn::Set(d, kAt), d, group.rays + count + i);
+      hn::StoreU(hn::Set(d, at), d, group.rays + count + i);
     count += append(node, leaves, group.leaves + count);
     Child* const to = flight.stack + top;  // instead of the node
     const int32_t next =
         top - 1 + int32_t(Goal::kNearestFirst ? append_by(node, order, inner, to) : append(node, inner, to));
-    group.tops[kAt] = next;
-    done |= uint32_t(next) >> 31 << kAt;
+    group.tops[at] = next;
+    done |= uint32_t(next) >> 31 << at;
   }
 
   /// Returns false if no ray is left.
@@ -321,19 +322,6 @@ class Traversal {
       make_ready<DecodedNode>(tree_, batch_, enter_, leave_, taken_, goal_.answers(), ready_);
     }
     return true;
-  }
-
-  /// These flights, as bits, meet nothing from now on.
-  HWY_NOINLINE static void idle(FlightGroup& group, uint32_t flights) {
-    for (; flights != 0; flights &= flights - 1) {
-      const uint32_t at = lowest_bit(flights);
-      Flight& flight = group.flights[at];
-      flight.ray = {};
-      flight.ray.limits[0] = kNoHit;
-      flight.ray.limits[1] = -kNoHit;
-      flight.stack[0] = 0;
-      group.tops[at] = 0;
-    }
   }
 
   /// Starts the next ray at the root.
