@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "kernels/reference/batch.hpp"
+#include "kernels/reference/scene_hit.hpp"
 #include "tests/support/test_random.hpp"
 
 namespace nif::test {
@@ -147,6 +148,82 @@ TEST_P(RayStreams, MeetWhatTheScalarTestMeets) {
     }
   EXPECT_GT(met, 2'000u);
   EXPECT_GT(missed, 10'000u);
+}
+
+/// A random hit, often at a t that others have, too.
+kernels::Hit random_hit(Random& random) {
+  kernels::Hit hit = kernels::no_hit(random.below(2) == 0);
+  if (random.below(3) == 0) return hit;
+  hit.t = float(random.below(6)) * 0.5f;
+  if (random.below(2) == 0) hit.low = hit.high = hit.t;
+  for (float& n : hit.normal) n = random.between(-1.0f, 1.0f);
+  hit.triangle = random.below(100);
+  hit.u = random.unit();
+  hit.v = random.unit();
+  return hit;
+}
+
+TEST_P(RayStreams, JoinHitsAsTheScalarCodeDoes) {
+  Random random(3);
+  const auto met = std::make_unique<kernels::HitBatch>(), hits = std::make_unique<kernels::HitBatch>();
+  uint32_t instances[kernels::kBatchRoom], changed = 0, kept = 0, forgotten = 0;
+  for (const uint32_t count : {1u, 15u, 17u, 100u, 1000u, kernels::kBatchRays})
+    for (int round = 0; round < 20; ++round) {
+      ASSERT_NO_FATAL_FAILURE(start(random, count, false));
+      const WorldBox box = random_box(random);
+      const float transform[12] = {2, 0.5f, 0, 1, 0, 1, -0.25f, 0, 0.125f, 0, 1, -3};
+      const float remainder[3] = {0x1p-30f, 0, 0};
+      kernels::PlacedInstance instance{};
+      bool well_conditioned;
+      ASSERT_TRUE(kernels::invert(transform, instance.to_object, well_conditioned,
+                                  round % 2 == 0 ? remainder : nullptr));
+      instance.identity = round % 3 == 0;
+      instance.unproven = round % 7 == 0;
+      instance.well_conditioned = round % 5 != 0;
+      functions().meet(*stream_, {box, instance.identity ? nullptr : &instance.to_object, ~0u}, *local_,
+                       entries_);
+      const uint32_t number = random.below(3) == 0 ? 0x7ffffffeu : random.below(5);
+      const float reach_scale = round % 4 == 0 ? 1e4f : 1.0f;
+      std::vector<kernels::SceneHit> expected(count);
+      for (uint32_t i = 0; i < count; ++i) {
+        kernels::SceneHit before;
+        before.add(random_hit(random), random.below(5));
+        kernels::set_hit(*hits, i, before);
+        instances[i] = before.instance;
+        expected[i] = before;
+      }
+      for (uint32_t k = 0; k < local_->count; ++k) {
+        kernels::Hit hit = random_hit(random);
+        kernels::set_hit(*met, k, hit);
+        const uint32_t entry = entries_[k], i = stream_->ray[entry];
+        if (!stays_certain(instance, reach_scale, ray_of(*stream_, entry), segment_of(*local_, k))) {
+          kernels::forget_proof(hit);
+          ++forgotten;
+        }
+        const kernels::BoxRay prepared{
+            {stream_->inverse[0][entry], stream_->inverse[1][entry], stream_->inverse[2][entry]}};
+        kernels::begin_in_box(hit, kernels::pass_box(box, ray_of(*stream_, entry), prepared).enter);
+        const uint32_t instance_before = expected[i].instance;
+        expected[i].add(hit, number);
+        (expected[i].instance == instance_before ? kept : changed) += 1;
+      }
+      functions().join(*stream_, box,
+                       {.entries = entries_,
+                        .local = *local_,
+                        .met = *met,
+                        .instance = instance,
+                        .number = number,
+                        .reach_scale = reach_scale},
+                       *hits, instances);
+      for (uint32_t i = 0; i < count; ++i) {
+        const kernels::Hit found = kernels::hit_of(*hits, i), &wanted = expected[i];
+        ASSERT_EQ(std::memcmp(&found, &wanted, sizeof(found)), 0) << found.t << ' ' << wanted.t;
+        ASSERT_EQ(instances[i], expected[i].instance);
+      }
+    }
+  EXPECT_GT(changed, 500u);
+  EXPECT_GT(kept, 500u);
+  EXPECT_GT(forgotten, 500u);
 }
 
 TEST_P(RayStreams, LoseDroppedRaysAndNoOthers) {
