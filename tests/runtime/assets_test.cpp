@@ -179,7 +179,7 @@ TEST_P(AssetInformation, IsThatOfTheFile) {
 /// For an asset with all parts: the bytes of the parts add up exactly, in the file and in memory.
 TEST_P(AssetInformation, HasPartsThatAddUp) {
   for (const uint32_t coded : {0u, kCodedAll})
-    for (const char* isa : {"isa=auto", "isa=scalar"}) {
+    for (const char* isa : {"isa=auto", "isa=auto,memory=least", "isa=scalar"}) {
       SCOPED_TRACE(std::string(isa) + (coded ? ", coded" : ""));
       RandomAssetOptions options{.bvhs = 1,
                                  .sphericals = 1,
@@ -219,6 +219,7 @@ TEST_P(AssetInformation, HasPartsThatAddUp) {
       EXPECT_EQ(by_name.at("metadata").file_bytes, info.metadata_bytes);
       EXPECT_EQ(by_name.at("traversal_words").resident_bytes > 0,
                 std::string_view(device.info().isa) != "scalar");
+      EXPECT_EQ(by_name.at("decoded_triangles").resident_bytes > 0, std::string_view(isa) == "isa=auto");
       auto none = nifkit::sized<NifPartInfo>();
       EXPECT_EQ(nifGetPartInfo(asset.get(), uint32_t(parts.size()), &none), NIF_ERROR_INVALID_ARGUMENT);
     }
