@@ -18,6 +18,7 @@ namespace {
 
 using kernels::Segment;
 using kernels::TrianglesField;
+using kernels::cpu::decode;
 using kernels::cpu::DecodedNode;
 using kernels::cpu::DecodedTree;
 using kernels::cpu::Isa;
@@ -114,10 +115,9 @@ TEST(DecodedTree, HasEachTriangleOnceInBoxesThatHoldIt) {
   uint32_t before = 0, after = 0;
   for (const format::TrianglesData& bvh : trees()) {
     const TrianglesField field = format::field_of(bvh);
-    kernels::cpu::SharedCopies copies;
-    const DecodedTree tree = decode(field, kNoLimit, copies, std::pmr::new_delete_resource());
-    ASSERT_NE(tree.nodes, nullptr);
-    EXPECT_EQ(reinterpret_cast<uintptr_t>(tree.nodes) % alignof(DecodedNode), 0u);
+    const DecodedTree tree = decode(field, kNoLimit, std::pmr::new_delete_resource());
+    ASSERT_FALSE(tree.nodes.empty());
+    EXPECT_EQ(reinterpret_cast<uintptr_t>(tree.nodes.data()) % alignof(DecodedNode), 0u);
     Checker checker(field, tree);
     const float none[3] = {};
     ASSERT_NO_FATAL_FAILURE(checker.visit(0, none, none, 0));
@@ -128,24 +128,16 @@ TEST(DecodedTree, HasEachTriangleOnceInBoxesThatHoldIt) {
   EXPECT_LT(after, before);  // nodes are filled up
 }
 
-TEST(DecodedTree, IsSharedAndKeepsItsLimit) {
+TEST(DecodedTree, KeepsItsLimit) {
   Random random(2);
   const format::TrianglesData bvh = random_bvh(random, 500);
   const TrianglesField field = format::field_of(bvh);
   std::pmr::memory_resource* const memory = std::pmr::new_delete_resource();
-  kernels::cpu::SharedCopies copies;
-  const DecodedTree tree = decode(field, kNoLimit, copies, memory);
-  EXPECT_EQ(decode(field, kNoLimit, copies, memory).nodes, tree.nodes);
-  EXPECT_LT(copies.resident_bytes(kernels::cpu::Copied::triangles), tree.bytes + 200);  // one copy
-  TrianglesField other = field;  // the same nodes, but not the same vertices
-  const std::vector<float> moved(3 * field.vertex_count);
-  other.vertices = reinterpret_cast<const float(*)[3]>(moved.data());
-  EXPECT_NE(decode(other, kNoLimit, copies, memory).nodes, tree.nodes);
-  for (const size_t most : {size_t{0}, size_t{1000}, tree.bytes / 2}) {
-    kernels::cpu::SharedCopies few;
-    EXPECT_EQ(decode(field, most, few, memory).nodes, nullptr) << most;
-    EXPECT_LT(few.resident_bytes(kernels::cpu::Copied::triangles), 200u);
-  }
+  const size_t bytes = decode(field, kNoLimit, memory).bytes();
+  EXPECT_GT(bytes, 500 * 40u);
+  EXPECT_EQ(decode(field, bytes, memory).bytes(), bytes);
+  for (const size_t most : {size_t{0}, size_t{1000}, bytes / 2, bytes - 1})
+    EXPECT_EQ(decode(field, most, memory).bytes(), 0u) << most;
 }
 
 struct Way {

@@ -16,7 +16,7 @@ struct PackedExactField {
   BvhTree tree;
 
   BuiltBytes built_bytes() const {
-    return {.traversal_words = grid.resident_bytes(), .decoded_triangles = tree.decoded.bytes};
+    return {.traversal_words = grid.resident_bytes(), .decoded_triangles = tree.decoded.bytes()};
   }
 };
 

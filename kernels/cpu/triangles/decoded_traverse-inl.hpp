@@ -255,7 +255,7 @@ class Traversal {
 
   /// Tests the leaves that rays have met.
   HWY_INLINE void test_leaves(FlightGroup& group) const {
-    const DecodedLeaf* const leaves = tree_.decoded.leaves;
+    const DecodedLeaf* const leaves = tree_.decoded.leaves.data();
     const uint32_t count = group.count;
     uint32_t left = 0, blocked = 0;
     for (uint32_t i = 0; i < count; ++i) {
@@ -274,7 +274,7 @@ class Traversal {
 
   /// Processes the triangles that rays may have met, and replaces finished rays.
   HWY_INLINE void exchange(FlightGroup& group) {
-    const DecodedLeaf* const leaves = tree_.decoded.leaves;
+    const DecodedLeaf* const leaves = tree_.decoded.leaves.data();
     uint32_t blocked = group.blocked;
     for (uint32_t i = 0; i < group.count; ++i) {
       const Child leaf = group.leaves[i];

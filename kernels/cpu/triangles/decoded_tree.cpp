@@ -2,8 +2,8 @@
 #include "kernels/cpu/triangles/decoded_tree.hpp"
 
 #include <algorithm>
-#include <cstring>
 #include <limits>
+#include <utility>
 
 namespace nif::kernels::cpu {
 namespace {
@@ -167,13 +167,14 @@ class Decoder {
   Decoder(const TrianglesField& field, size_t most_bytes, std::pmr::memory_resource* memory)
       : field_(field), most_bytes_(most_bytes), nodes_(memory), leaves_(memory) {}
 
-  /// Returns false if it takes too many bytes.
-  bool run() {
+  /// Empty if it takes too many bytes.
+  DecodedTree run() {
     nodes_.emplace_back();
-    return add_node(0, 0);
+    if (!add_node(0, 0)) return {};
+    nodes_.shrink_to_fit();
+    leaves_.shrink_to_fit();
+    return {std::move(nodes_), std::move(leaves_)};
   }
-  const std::pmr::vector<DecodedNode>& nodes() const { return nodes_; }
-  const std::pmr::vector<DecodedLeaf>& leaves() const { return leaves_; }
 
  private:
   /// Fills nodes_[to]. Recursion is at most kMaxBvhDepth deep.
@@ -216,39 +217,14 @@ class Decoder {
   std::pmr::vector<DecodedLeaf> leaves_;
 };
 
-constexpr size_t kWordsOfNode = sizeof(DecodedNode) / sizeof(uint32_t);
-constexpr size_t kWordsOfLeaf = sizeof(DecodedLeaf) / sizeof(uint32_t);
-constexpr size_t kAlignment = alignof(DecodedNode);
-
-/// The first aligned address.
-std::byte* aligned(const uint32_t* words) {
-  const auto address = reinterpret_cast<uintptr_t>(words);
-  return reinterpret_cast<std::byte*>((address + kAlignment - 1) / kAlignment * kAlignment);
-}
-
 }  // namespace
 
-DecodedTree decode(const TrianglesField& field, size_t most_bytes, SharedCopies& copies,
-                   std::pmr::memory_resource* memory) {
-  // Its size is not known before; but each triangle is stored, at best with three others.
+DecodedTree decode(const TrianglesField& field, size_t most_bytes, std::pmr::memory_resource* memory) {
+  // Numbers of nodes and of triangles in leaves take 32 bits.
+  most_bytes = size_t(std::min<uint64_t>(most_bytes, uint64_t{1} << 32));
+  // The size is not known before; but each triangle is stored, at best with three others.
   if (size_t{field.triangle_count} * sizeof(DecodedLeaf) / kBvhLeafTriangles > most_bytes) return {};
-  // The first word is the number of nodes, 0 if there is no copy.
-  const SharedCopies::Words& copy = copies.get(
-      Copied::triangles, {field.nodes, field.vertices, field.triangles}, [&](SharedCopies::Words& words) {
-        // Numbers of nodes and of triangles in leaves take 32 bits.
-        Decoder decoder(field, std::min(most_bytes, size_t{1} << 32), memory);
-        words.assign(1, 0);
-        if (!decoder.run()) return;
-        const size_t nodes = decoder.nodes().size(), leaves = decoder.leaves().size();
-        words.resize(1 + kAlignment / sizeof(uint32_t) + nodes * kWordsOfNode + leaves * kWordsOfLeaf);
-        words[0] = uint32_t(nodes);
-        std::byte* const to = aligned(words.data() + 1);
-        std::memcpy(to, decoder.nodes().data(), nodes * sizeof(DecodedNode));
-        std::memcpy(to + nodes * sizeof(DecodedNode), decoder.leaves().data(), leaves * sizeof(DecodedLeaf));
-      });
-  if (copy[0] == 0) return {};
-  const auto* const nodes = reinterpret_cast<const DecodedNode*>(aligned(copy.data() + 1));
-  return {nodes, reinterpret_cast<const DecodedLeaf*>(nodes + copy[0]), copy.capacity() * sizeof(copy[0])};
+  return Decoder(field, most_bytes, memory).run();
 }
 
 }  // namespace nif::kernels::cpu

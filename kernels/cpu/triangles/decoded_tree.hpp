@@ -8,8 +8,8 @@
 #pragma once
 
 #include <cstdint>
+#include <memory_resource>
 
-#include "kernels/cpu/shared_copies.hpp"
 #include "kernels/reference/triangles/triangles_field.hpp"
 
 namespace nif::kernels::cpu {
@@ -44,13 +44,15 @@ struct alignas(16) DecodedLeaf {
 static_assert(sizeof(DecodedLeaf) == 160);
 
 struct DecodedTree {
-  const DecodedNode* nodes = nullptr;  ///< the first is the root; null if the object is not decoded
-  const DecodedLeaf* leaves = nullptr;
-  size_t bytes = 0;
+  std::pmr::vector<DecodedNode> nodes;  ///< the first is the root; empty if the object is not decoded
+  std::pmr::vector<DecodedLeaf> leaves;
+
+  size_t bytes() const {
+    return nodes.capacity() * sizeof(DecodedNode) + leaves.capacity() * sizeof(DecodedLeaf);
+  }
 };
 
-/// Decodes an object if that takes at most `most_bytes`. The copy belongs to `copies`.
-DecodedTree decode(const TrianglesField& field, size_t most_bytes, SharedCopies& copies,
-                   std::pmr::memory_resource* memory);
+/// Decodes an object if that takes at most `most_bytes`, else returns an empty tree.
+DecodedTree decode(const TrianglesField& field, size_t most_bytes, std::pmr::memory_resource* memory);
 
 }  // namespace nif::kernels::cpu

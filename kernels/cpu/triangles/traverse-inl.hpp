@@ -354,7 +354,7 @@ union BvhScratch {
 HWY_NOINLINE inline void traverse(const BvhTree& tree, const SegmentBatch& batch, const float* enter,
                                   const float* leave, AnswerBatch& answers, BvhScratch& scratch) {
 #ifdef NIF_DECODES
-  if (tree.decoded.nodes != nullptr) {
+  if (!tree.decoded.nodes.empty()) {
     decoded::traverse_for(decoded::AnyTriangle(tree, batch, answers), tree, batch, enter, leave,
                           scratch.decoded);
     return;
@@ -398,7 +398,7 @@ HWY_NOINLINE inline void traverse_to_hits(const BvhTree& tree, const SegmentBatc
                                           const float* leave, HitBatch& hits, BvhHitScratch& scratch) {
   fill_hits(hits, batch.count, Hit());
 #ifdef NIF_DECODES
-  if (tree.decoded.nodes != nullptr) {
+  if (!tree.decoded.nodes.empty()) {
     const decoded::FirstTriangle goal(tree, batch, scratch.answers, hits, scratch.candidates);
     decoded::traverse_for(goal, tree, batch, enter, leave, scratch.decoded);
     goal.finish();

@@ -7,14 +7,14 @@
 namespace nif::kernels::cpu {
 
 struct BvhTree {
-  BuiltBytes built_bytes() const { return {.decoded_triangles = decoded.bytes}; }
+  BuiltBytes built_bytes() const { return {.decoded_triangles = decoded.bytes()}; }
 
   TrianglesField field;
   DecodedTree decoded;  ///< empty if the object is too large
   /// No plane of any node's frame, used or not, lies farther from the origin of object space along any axis.
   /// The baker's frames lie within the root's, so this is the extent. A file may have others: only the planes
   /// that boxes use must lie within the root's.
-  float reach = 0;
+  float reach;
   // The root's slots.
   uint32_t inner = 0, leaves = 0;                         ///< bits by slot
   float low[kBvhWidth][3] = {}, high[kBvhWidth][3] = {};  ///< of the slots in use, which come first
@@ -22,20 +22,20 @@ struct BvhTree {
 
 /// Decodes the field if `options` allow it.
 inline BvhTree tree_of(const TrianglesField& field, [[maybe_unused]] const KernelOptions& options) {
-  BvhTree tree;
-  tree.field = field;
-  tree.reach = field.extent;
 #ifdef NIF_DECODES
-  tree.decoded = decode(field, options.most_decoded, options.copies, options.memory);
+  BvhTree tree{field, decode(field, options.most_decoded, options.memory), field.extent};
+#else
+  BvhTree tree{field, {}, field.extent};
 #endif
   for (uint32_t i = 0; i < field.node_count; ++i) tree.reach = max_of(bvh_extent(field.nodes[i]), tree.reach);
 #ifdef NIF_DECODES
-  if (const DecodedNode* const root = tree.decoded.nodes) {
-    for (uint32_t s = 0; s < kBvhWidth && root->low[0][s] <= root->high[0][s]; ++s) {
-      ((root->order[0] >> (24 + s) & 1) != 0 ? tree.inner : tree.leaves) |= 1u << s;
+  if (!tree.decoded.nodes.empty()) {
+    const DecodedNode& root = tree.decoded.nodes[0];
+    for (uint32_t s = 0; s < kBvhWidth && root.low[0][s] <= root.high[0][s]; ++s) {
+      ((root.order[0] >> (24 + s) & 1) != 0 ? tree.inner : tree.leaves) |= 1u << s;
       for (uint32_t a = 0; a < 3; ++a) {
-        tree.low[s][a] = root->low[a][s];
-        tree.high[s][a] = root->high[a][s];
+        tree.low[s][a] = root.low[a][s];
+        tree.high[s][a] = root.high[a][s];
       }
     }
     return tree;

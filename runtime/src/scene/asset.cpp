@@ -122,7 +122,7 @@ class Parts {
       const uint64_t file = asset.file_parts[i];
       add(now[i].name, file, (kept ? file : 0) + now[i].decoded);
       if (std::string_view(now[i].name) == "network")
-        parts_[count_ - 1].resident_bytes += asset.copies.resident_bytes(kernels::cpu::Copied::weights);
+        parts_[count_ - 1].resident_bytes += asset.copies.resident_bytes();
       rest -= file;
     }
     add("metadata", view.metadata.size(), view.metadata.size());
@@ -133,11 +133,12 @@ class Parts {
       if (!kernel) continue;
       built.traversal_words += kernel->built_bytes().traversal_words;
       built.corner_bricks += kernel->built_bytes().corner_bricks;
+      built.decoded_triangles += kernel->built_bytes().decoded_triangles;
       kernels += kernel.get_deleter().bytes;
     }
     add("traversal_words", 0, built.traversal_words);
     add("corner_bricks", 0, built.corner_bricks);
-    add("decoded_triangles", 0, asset.copies.resident_bytes(kernels::cpu::Copied::triangles));
+    add("decoded_triangles", 0, built.decoded_triangles);
     add("views", 0, sizeof(NifAssetObject) + asset.name.capacity() + view.view_bytes() + kernels);
   }
 
