@@ -40,6 +40,33 @@ std::vector<format::TrianglesData> trees() {
   return all;
 }
 
+/// An object as a file has it: vertices right after the nodes, then the triangles.
+class Payload {
+ public:
+  explicit Payload(const format::TrianglesData& bvh) {
+    const TrianglesField data = format::field_of(bvh);
+    const size_t nodes = data.node_count * sizeof(kernels::BvhNode);
+    const size_t vertices = data.vertex_count * sizeof(data.vertices[0]);
+    const size_t triangles = data.triangle_count * sizeof(data.triangles[0]);
+    words_.resize((nodes + vertices + triangles + 3) / 4);
+    auto* const bytes = reinterpret_cast<std::byte*>(words_.data());
+    std::memcpy(bytes, data.nodes, nodes);
+    std::memcpy(bytes + nodes, data.vertices, vertices);
+    std::memcpy(bytes + nodes + vertices, data.triangles, triangles);
+    field_ = data;
+    field_.nodes = reinterpret_cast<const kernels::BvhNode*>(bytes);
+    field_.vertices = reinterpret_cast<const float(*)[3]>(bytes + nodes);
+    field_.triangles = reinterpret_cast<const uint8_t(*)[3]>(bytes + nodes + vertices);
+  }
+  Payload(const Payload&) = delete;
+  Payload& operator=(const Payload&) = delete;
+  const TrianglesField& field() const { return field_; }
+
+ private:
+  std::vector<uint32_t> words_;
+  TrianglesField field_;
+};
+
 /// Counts how often each triangle is below a node, and checks boxes and corners.
 class Checker {
  public:
@@ -162,7 +189,8 @@ TEST_P(DecodedKernels, GiveTheReferencesBits) {
   Random random(3);
   uint64_t met = 0, rays = 0;
   for (const format::TrianglesData& bvh : trees()) {
-    const TrianglesField field = format::field_of(bvh);
+    const Payload payload(bvh);
+    const TrianglesField& field = payload.field();
     kernels::cpu::SharedCopies copies;
     kernels::cpu::KernelOptions options{GetParam().isa, std::pmr::new_delete_resource(), copies};
     if (!GetParam().decoded) options.most_decoded = 0;
