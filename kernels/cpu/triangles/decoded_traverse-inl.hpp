@@ -19,6 +19,7 @@
 #include "kernels/cpu/triangles/boxes-inl.hpp"
 #include "kernels/cpu/triangles/exact_hits-inl.hpp"
 #include "kernels/cpu/triangles/leaves-inl.hpp"
+#include "kernels/cpu/triangles/phases-inl.hpp"
 #include "kernels/cpu/triangles/tree.hpp"
 #include "kernels/reference/batch.hpp"
 
@@ -26,8 +27,6 @@ HWY_BEFORE_NAMESPACE();
 namespace nif::kernels::cpu::HWY_NAMESPACE {
 namespace decoded {
 
-constexpr uint32_t kFlightGroups = 3;
-constexpr uint32_t kFlights = 8;
 constexpr uint32_t kAllFlights = (1u << kFlights) - 1;
 
 using SlotWords = hn::RebindToUnsigned<Slots>;
@@ -113,6 +112,8 @@ struct FlightGroup {
   uint32_t rays[(kFlights + 1) * kBvhWidth];
   uint32_t in_flight, done, blocked;  ///< one bit per flight
   uint32_t count;                     ///< of leaves
+
+  void clear() { in_flight = done = blocked = count = 0; }
 };
 
 template <class Goal>
@@ -358,20 +359,7 @@ template <class Goal>
 HWY_INLINE void traverse_for(const Goal& goal, const BvhTree& tree, const SegmentBatch& batch,
                              const float* enter, const float* leave, TraversalScratch<Goal>& scratch) {
   Traversal<Goal> traversal(tree, batch, enter, leave, goal, scratch.ready);
-  for (FlightGroup<Goal>& group : scratch.groups) {
-    group.in_flight = group.done = group.blocked = group.count = 0;
-    traversal.exchange(group);
-  }
-  FlightGroup<Goal>*a = scratch.groups, *b = a + 1, *c = a + 2;
-  while ((a->in_flight | b->in_flight | c->in_flight) != 0) {
-    traversal.test_nodes(*a);
-    traversal.test_leaves(*b);
-    traversal.exchange(*c);
-    FlightGroup<Goal>* const last = c;
-    c = b;
-    b = a;
-    a = last;
-  }
+  run_phases(traversal, scratch.groups);
 }
 
 }  // namespace decoded

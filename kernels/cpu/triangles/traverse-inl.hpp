@@ -21,6 +21,7 @@
 #include <hwy/highway.h>
 
 #include "kernels/cpu/triangles/boxes-inl.hpp"
+#include "kernels/cpu/triangles/phases-inl.hpp"
 #include "kernels/cpu/triangles/triangles-inl.hpp"
 #include "kernels/reference/batch.hpp"
 #ifdef NIF_DECODES
@@ -29,11 +30,6 @@
 
 HWY_BEFORE_NAMESPACE();
 namespace nif::kernels::cpu::HWY_NAMESPACE {
-
-/// Groups of rays, one for each phase, and rays of a group. With 10 and more rays, small meshes get slower by
-/// a tenth and large ones gain nothing (docs/results/cpu-kernels.md).
-constexpr uint32_t kFlightGroups = 3;
-constexpr uint32_t kFlights = 8;
 
 /// Cache lines of a node's triangles and of their vertices that are fetched before its leaves are tested.
 constexpr uint32_t kTriangleLines = 2, kVertexLines = 6;
@@ -68,6 +64,8 @@ struct FlightGroup {
   MetTriangles met[kFlights + 1];  ///< leaf slots until leaves are tested, then triangles
   uint32_t in_flight, done;        ///< one bit per flight
   uint32_t met_count, open_count;
+
+  void clear() { in_flight = done = met_count = open_count = 0; }
 };
 
 /// Working memory of traverse().
@@ -328,20 +326,7 @@ template <class Goal>
 HWY_INLINE void traverse_for(const Goal& goal, const BvhTree& tree, const SegmentBatch& batch,
                              const float* enter, const float* leave, TraversalScratch<Goal>& scratch) {
   Traversal<Goal> traversal(tree, batch, enter, leave, goal, scratch.ready);
-  for (FlightGroup<Goal>& group : scratch.groups) {
-    group.in_flight = group.done = group.met_count = group.open_count = 0;
-    traversal.exchange(group);
-  }
-  FlightGroup<Goal>*a = scratch.groups, *b = a + 1, *c = a + 2;
-  while ((a->in_flight | b->in_flight | c->in_flight) != 0) {
-    traversal.test_nodes(*a);
-    traversal.test_leaves(*b);
-    traversal.exchange(*c);
-    FlightGroup<Goal>* const last = c;
-    c = b;
-    b = a;
-    a = last;
-  }
+  run_phases(traversal, scratch.groups);
 }
 
 union BvhScratch {
