@@ -1,4 +1,5 @@
-// Finds which of a ray's candidates is the first that it meets, in double precision: one candidate in a lane, with the
+// Candidates: triangles that may be the first that a ray meets. Keeps them by their depths in single precision, then
+// finds the first in double precision: one candidate in a lane, with the
 // reference's operations in the reference's order, so that all bits are the same. What the reference tests closely
 // (passes_close()) is left to it.
 //
@@ -47,6 +48,7 @@ struct HitCandidates {
       for (uint32_t i = 0; i < 3; ++i) corners[k][i][count] = triangle.corners[k][order[i]];
     ++count;
   }
+  /// Fills the lanes after the last candidate, for vectors that are read whole. Requires one.
   void repeat_last(uint32_t more) {
     for (uint32_t i = count; i < count + more; ++i) {
       rays[i] = rays[count - 1];
@@ -55,7 +57,7 @@ struct HitCandidates {
   }
 };
 
-/// In a vector.
+/// A candidate in each lane.
 using Doubles = hn::CappedTag<double, 8>;
 constexpr uint32_t kDoubles = uint32_t(hn::MaxLanes(Doubles()));
 
