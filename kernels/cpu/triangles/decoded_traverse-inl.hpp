@@ -18,6 +18,7 @@
 
 #include "kernels/cpu/triangles/boxes-inl.hpp"
 #include "kernels/cpu/triangles/exact_hits-inl.hpp"
+#include "kernels/cpu/triangles/large-inl.hpp"
 #include "kernels/cpu/triangles/leaves-inl.hpp"
 #include "kernels/cpu/triangles/phases-inl.hpp"
 #include "kernels/cpu/triangles/tree.hpp"
@@ -119,6 +120,7 @@ struct FlightGroup {
 template <class Goal>
 struct TraversalScratch {
   ReadyRays ready;
+  alignas(64) int32_t open_large[kLanes];  ///< large triangles that rays may meet, as bits
   FlightGroup<Goal> groups[kFlightGroups];
 };
 
@@ -139,6 +141,25 @@ class AnyTriangle {
 
   AnswerBatch& answers() const { return answers_; }
   HWY_INLINE void begin(Flight<AnyTriangle>&) const {}
+  /// Rays that meet a large triangle are finished.
+  HWY_INLINE FirstLook look_at_large(const SeenRays& rays, hn::Vec<Floats>&, int32_t*) const {
+    const LargeOrder order(rays.axis);
+    uint32_t blocked = 0;
+    for (uint32_t i = 0; i < tree_.decoded.large.size() && blocked != rays.asked; ++i) {
+      LargeDepths depths;
+      const LargeTest test = test_large(tree_.decoded.large[i], rays, order, depths);
+      blocked |= bits_of(test.met) & rays.asked;
+      for (uint32_t open = bits_of(test.open) & rays.asked & ~blocked; open != 0; open &= open - 1) {
+        const uint32_t lane = lowest_bit(open);
+        if (meets_exactly(tree_.decoded.leaves[i / kBvhLeafTriangles], 1u << i % kBvhLeafTriangles,
+                          rays.first + lane))
+          blocked |= 1u << lane;
+      }
+    }
+    for (uint32_t lanes = blocked; lanes != 0; lanes &= lanes - 1)
+      answers_.logit[rays.first + lowest_bit(lanes)] = -kCertainLogit;
+    return {.finished = blocked};
+  }
   /// Looks at some triangles of a leaf. Returns true if the ray is finished.
   HWY_INLINE bool look_at(Child leaf, const LeafDepths& depths, uint32_t lanes,
                           Flight<AnyTriangle>& flight) const {
@@ -183,6 +204,29 @@ class FirstTriangle {
 
   AnswerBatch& answers() const { return answers_; }
   HWY_INLINE void begin(Flight<FirstTriangle>& flight) const { flight.state.clear(); }
+  /// Rays need not go farther than the first large triangle that they surely meet.
+  HWY_INLINE FirstLook look_at_large(const SeenRays& rays, hn::Vec<Floats>& leave,
+                                     int32_t* open_large) const {
+    const Floats d;
+    const Ints di;
+    const LargeOrder order(rays.axis);
+    auto bound = hn::Set(d, kNoHit);
+    const auto reach = hn::MulAdd(leave, rays.steepest, hn::Mul(rays.padding, hn::Set(d, 4.0f)));
+    auto all = hn::Zero(di);
+    for (uint32_t i = 0; i < tree_.decoded.large.size(); ++i) {
+      LargeDepths depths;
+      const LargeTest test = test_large(tree_.decoded.large[i], rays, order, depths);
+      bound = hn::IfThenElse(test.met, hn::Min(depths.high, bound), bound);
+      const auto open = hn::AndNot(hn::Gt(depths.low, hn::Min(bound, reach)), test.open);
+      all = hn::Or(all, hn::IfThenElseZero(hn::RebindMask(di, open), hn::Set(di, int32_t(1u << i))));
+    }
+    hn::Store(all, di, open_large);
+    // As shorten().
+    const auto t = hn::Div(bound, rays.steepest);
+    const auto above = hn::Max(hn::Mul(t, hn::Set(d, 1 + 0x1p-21f)), hn::Mul(t, hn::Set(d, 1 - 0x1p-21f)));
+    leave = hn::Min(hn::Add(above, hn::Set(d, std::numeric_limits<float>::min())), leave);
+    return {.started = bits_of(hn::RebindMask(d, hn::Ne(all, hn::Zero(di))))};
+  }
   HWY_INLINE bool look_at(Child leaf, const LeafDepths& depths, uint32_t lanes,
                           Flight<FirstTriangle>& flight) const {
     State& state = flight.state;
@@ -232,8 +276,14 @@ class Traversal {
   using FlightGroup = decoded::FlightGroup<Goal>;
 
   HWY_INLINE Traversal(const BvhTree& tree, const SegmentBatch& batch, const float* enter, const float* leave,
-                       const Goal& goal, ReadyRays& ready)
-      : tree_(tree), batch_(batch), enter_(enter), leave_(leave), goal_(goal), ready_(ready) {
+                       const Goal& goal, TraversalScratch<Goal>& scratch)
+      : tree_(tree),
+        batch_(batch),
+        enter_(enter),
+        leave_(leave),
+        goal_(goal),
+        ready_(scratch.ready),
+        open_large_(scratch.open_large) {
     ready_.traversed = 0;
   }
 
@@ -291,8 +341,9 @@ class Traversal {
     group.in_flight &= ~done;
     for (uint32_t free = ~group.in_flight & kAllFlights; free != 0; free &= free - 1) {
       const uint32_t at = lowest_bit(free);
-      if (ready_.traversed == 0 && !make_some_ready()) return;
-      start(group.flights[at], group.tops[at]);
+      do {
+        if (ready_.traversed == 0 && !make_some_ready()) return;
+      } while (!start(group.flights[at], group.tops[at]));
       group.in_flight |= 1u << at;
     }
   }
@@ -320,13 +371,17 @@ class Traversal {
   HWY_INLINE bool make_some_ready() {
     for (; ready_.traversed == 0; taken_ += kLanes) {
       if (taken_ >= batch_.count) return false;
-      make_ready<DecodedNode>(tree_, batch_, enter_, leave_, taken_, goal_.answers(), ready_);
+      make_ready<DecodedNode>(
+          tree_, batch_, enter_, leave_, taken_, goal_.answers(), ready_,
+          [this](const SeenRays& rays, hn::Vec<Floats>& leave) HWY_ATTR {
+            return tree_.decoded.large.empty() ? FirstLook() : goal_.look_at_large(rays, leave, open_large_);
+          });
     }
     return true;
   }
 
-  /// Starts the next ray at the root.
-  HWY_INLINE void start(Flight& flight, int32_t& top) {
+  /// Starts the next ray at the root. Returns false if it is finished.
+  HWY_INLINE bool start(Flight& flight, int32_t& top) {
     const uint32_t lane = lowest_bit(ready_.traversed);
     ready_.traversed &= ready_.traversed - 1;
     ready_.take(lane, flight.ray);
@@ -345,6 +400,20 @@ class Traversal {
     flight.number = taken_ - kLanes + lane;
     make_decoded_ray(flight.ray, flight.leaf_ray);
     goal_.begin(flight);
+    if constexpr (Goal::kNearestFirst) {
+      if (HWY_UNLIKELY(!tree_.decoded.large.empty())) {
+        auto open = uint32_t(open_large_[lane]);
+        for (Child leaf = 0; open != 0; leaf += kBvhLeafTriangles, open >>= kBvhLeafTriangles)
+          if (const uint32_t lanes = open & kLeafBits; lanes != 0)
+            goal_.look_at(leaf, depths_of(tree_.decoded.leaves[leaf / kBvhLeafTriangles], flight.leaf_ray),
+                          lanes, flight);
+        if (met == 0) {
+          goal_.end(flight, false);
+          return false;
+        }
+      }
+    }
+    return true;
   }
 
   const BvhTree& tree_;
@@ -352,13 +421,14 @@ class Traversal {
   const float *enter_, *leave_;
   const Goal goal_;
   ReadyRays& ready_;
+  int32_t* const open_large_;
   uint32_t taken_ = 0;  ///< rays of the batch that have been prepared
 };
 
 template <class Goal>
 HWY_INLINE void traverse_for(const Goal& goal, const BvhTree& tree, const SegmentBatch& batch,
                              const float* enter, const float* leave, TraversalScratch<Goal>& scratch) {
-  Traversal<Goal> traversal(tree, batch, enter, leave, goal, scratch.ready);
+  Traversal<Goal> traversal(tree, batch, enter, leave, goal, scratch);
   run_phases(traversal, scratch.groups);
 }
 

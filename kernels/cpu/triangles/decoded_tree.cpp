@@ -2,6 +2,7 @@
 #include "kernels/cpu/triangles/decoded_tree.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -49,6 +50,16 @@ struct Items {
   }
 };
 
+Box box_of(const TrianglesField& field, uint32_t first_vertex, uint32_t triangle) {
+  Box box;
+  for (uint32_t corner = 0; corner < 3; ++corner) {
+    const float* const at = field.vertices[size_t{first_vertex} + field.triangles[triangle][corner]];
+    const Box point{{at[0], at[1], at[2]}, {at[0], at[1], at[2]}};
+    box = corner == 0 ? point : around(box, point);
+  }
+  return box;
+}
+
 Item item_of(const BvhNode& node, uint32_t slot) {
   Item item{};
   for (uint32_t a = 0; a < 3; ++a) {
@@ -94,15 +105,139 @@ void join_leaves(Items& all) {
   }
 }
 
-Items items_of(const BvhNode& node) {
-  Items all;
-  for (uint32_t s = 0; s < kBvhWidth && node.slots[s] != 0; ++s) all.items[all.count++] = item_of(node, s);
-  join_leaves(all);
-  return all;
-}
+/// A triangle that the tree goes without.
+struct Large {
+  double surface;  ///< of its box
+  uint32_t triangle, first_vertex;
+};
+
+/// The tree of the file without its large triangles.
+class RestOfTree {
+ public:
+  RestOfTree(const TrianglesField& field, std::pmr::memory_resource* memory)
+      : field_(field), changed_(memory) {
+    Box whole{};
+    const Items root = items_of(0);
+    for (uint32_t i = 0; i < root.count; ++i)
+      whole = i == 0 ? root.items[0].box : around(whole, root.items[i].box);
+    least_ = field.triangle_count <= kMostLarge ? 0 : kLargeBox * surface(whole);
+    choose_large(0);
+    if (large_count_ != 0) take_out(0);
+    // In the order of nodes.
+    std::sort(changed_.begin(), changed_.end(),
+              [](const Changed& a, const Changed& b) { return a.node < b.node; });
+  }
+
+  uint32_t large_count() const { return large_count_; }
+  const Large* large() const { return large_; }
+  const TrianglesField& field() const { return field_; }
+
+  Items items_of(uint32_t number) const {
+    const BvhNode& node = field_.nodes[number];
+    Items all;
+    for (uint32_t s = 0; s < kBvhWidth && node.slots[s] != 0; ++s) {
+      Item item = item_of(node, s);
+      if (large_count_ == 0 || without_large(item)) all.items[all.count++] = item;
+    }
+    join_leaves(all);
+    return all;
+  }
+
+ private:
+  /// A node with large triangles below it.
+  struct Changed {
+    uint32_t node;
+    bool empty;  ///< there are no others
+    Box box;     ///< around the others
+  };
+
+  bool is_large(uint32_t triangle) const {
+    return std::any_of(large_, large_ + large_count_,
+                       [&](const Large& large) { return large.triangle == triangle; });
+  }
+
+  /// Removes the large triangles from an item. Returns false if nothing is left.
+  bool without_large(Item& item) const {
+    if (item.count == 0) {
+      const auto found = std::lower_bound(changed_.begin(), changed_.end(), item.node,
+                                          [](const Changed& a, uint32_t node) { return a.node < node; });
+      if (found == changed_.end() || found->node != item.node) return true;
+      item.box = found->box;
+      return !found->empty;
+    }
+    uint32_t kept = 0;
+    Box rest{};
+    for (uint32_t i = 0; i < item.count; ++i) {
+      if (is_large(item.triangles[i])) continue;
+      const Box box = box_of(field_, item.first_vertex[i], item.triangles[i]);
+      rest = kept == 0 ? box : around(rest, box);
+      item.triangles[kept] = item.triangles[i];
+      item.first_vertex[kept++] = item.first_vertex[i];
+    }
+    if (kept == item.count) return true;
+    item.count = kept;
+    item.box = rest;
+    return kept != 0;
+  }
+
+  /// Goes to all boxes that may hold a large triangle. Recursion is at most kMaxBvhDepth deep.
+  void choose_large(uint32_t number) {
+    const BvhNode& node = field_.nodes[number];
+    for (uint32_t s = 0; s < kBvhWidth && node.slots[s] != 0; ++s) {
+      const Item item = item_of(node, s);
+      if (surface(item.box) < least_) continue;
+      if (item.count == 0) choose_large(item.node);
+      for (uint32_t i = 0; i < item.count; ++i)
+        add_large({surface(box_of(field_, item.first_vertex[i], item.triangles[i])), item.triangles[i],
+                   item.first_vertex[i]});
+    }
+  }
+  void add_large(const Large& large) {
+    if (large.surface < least_) return;
+    uint32_t at = large_count_;
+    if (at == kMostLarge && large.surface <= large_[at - 1].surface) return;
+    if (at == kMostLarge) --at;
+    large_count_ = at + 1;
+    for (; at > 0 && large_[at - 1].surface < large.surface; --at) large_[at] = large_[at - 1];
+    large_[at] = large;
+  }
+
+  /// Notes which nodes have large triangles below them. Returns whether this one does.
+  bool take_out(uint32_t number) {
+    const BvhNode& node = field_.nodes[number];
+    Changed changed{number, true, {}};
+    bool some = false;
+    for (uint32_t s = 0; s < kBvhWidth && node.slots[s] != 0; ++s) {
+      Item item = item_of(node, s);
+      const uint32_t count = item.count;
+      bool left = true;
+      if (surface(item.box) >= least_) {
+        if (count != 0) {
+          left = without_large(item);
+          some = some || item.count != count;
+        } else if (take_out(item.node)) {
+          some = true;
+          left = !changed_.back().empty;
+          item.box = changed_.back().box;
+        }
+      }
+      if (!left) continue;
+      changed.box = changed.empty ? item.box : around(changed.box, item.box);
+      changed.empty = false;
+    }
+    if (some) changed_.push_back(changed);
+    return some;
+  }
+
+  const TrianglesField& field_;
+  double least_ = 0;  ///< surface of a large triangle's box
+  Large large_[kMostLarge];
+  uint32_t large_count_ = 0;
+  std::pmr::vector<Changed> changed_;
+};
 
 /// Puts the children of nodes in the place of these nodes, the largest first, while there is room.
-void fill_up(const TrianglesField& field, Items& all) {
+void fill_up(const RestOfTree& tree, Items& all) {
   for (;;) {
     uint32_t largest = kBvhWidth;
     Items children;
@@ -110,7 +245,7 @@ void fill_up(const TrianglesField& field, Items& all) {
       const Item& item = all.items[i];
       if (item.count != 0 || (largest < kBvhWidth && surface(item.box) <= surface(all.items[largest].box)))
         continue;
-      const Items inside = items_of(field.nodes[item.node]);
+      const Items inside = tree.items_of(item.node);
       if (all.count - 1 + inside.count > kBvhWidth) continue;
       largest = i;
       children = inside;
@@ -142,6 +277,38 @@ DecodedLeaf leaf_of(const TrianglesField& field, const Item& item) {
   return leaf;
 }
 
+LargeTriangle large_triangle(const DecodedLeaf& leaf, uint32_t i) {
+  LargeTriangle triangle{};
+  double corners[3][3], normal[3], largest = 0;
+  for (uint32_t k = 0; k < 3; ++k)
+    for (uint32_t a = 0; a < 3; ++a) corners[k][a] = triangle.corners[k][a] = leaf.corners[k][a][i];
+  for (uint32_t a = 0; a < 3; ++a) {
+    const uint32_t b = (a + 1) % 3, c = (a + 2) % 3;
+    const auto edge = [&](uint32_t k, uint32_t axis) { return corners[k][axis] - corners[0][axis]; };
+    normal[a] = edge(1, b) * edge(2, c) - edge(1, c) * edge(2, b);
+    largest = std::max(largest, std::abs(normal[a]));
+  }
+  triangle.steepness = kInfinity;
+  if (!(largest > 0)) return triangle;
+  for (uint32_t a = 0; a < 3; ++a) triangle.normal[a] = float(normal[a] / largest);
+  // What matters is how far the corners are from the plane that results, wherever rounding has put it.
+  double size = 0, flatness = 0;
+  const auto along = [&](uint32_t k) {
+    double sum = 0;
+    for (uint32_t a = 0; a < 3; ++a) {
+      sum += double{triangle.normal[a]} * corners[k][a];
+      size = std::max(size, std::abs(corners[k][a]));
+    }
+    return sum;
+  };
+  triangle.offset = float(along(0));
+  for (uint32_t k = 0; k < 3; ++k)
+    flatness = std::max(flatness, std::abs(along(k) - double{triangle.offset}));
+  triangle.flatness = float(flatness * (1 + 0x1p-20) + size * 0x1p-40);
+  if (largest < 0x1p100) triangle.steepness = float(std::min(0x1p24 / largest, double{kInfinity}));
+  return triangle;
+}
+
 /// The slots in the order in which a ray with these signs comes to the middles of their boxes, the last first.
 uint32_t far_to_near(const Items& all, uint32_t signs) {
   uint32_t slots[kBvhWidth];
@@ -165,22 +332,51 @@ uint32_t far_to_near(const Items& all, uint32_t signs) {
 class Decoder {
  public:
   Decoder(const TrianglesField& field, size_t most_bytes, std::pmr::memory_resource* memory)
-      : field_(field), most_bytes_(most_bytes), nodes_(memory), leaves_(memory) {}
+      : tree_(field, memory), most_bytes_(most_bytes), nodes_(memory), leaves_(memory), large_(memory) {}
 
   /// Empty if it takes too many bytes.
   DecodedTree run() {
+    add_large();
     nodes_.emplace_back();
     if (!add_node(0, 0)) return {};
     nodes_.shrink_to_fit();
     leaves_.shrink_to_fit();
-    return {std::move(nodes_), std::move(leaves_)};
+    const float reach = farthest();
+    return {std::move(nodes_), std::move(leaves_), std::move(large_), reach};
   }
 
  private:
+  /// DecodedTree::reach.
+  float farthest() const {
+    float reach = 0;
+    for (const DecodedNode& node : nodes_)
+      for (uint32_t s = 0; s < kBvhWidth && node.low[0][s] <= node.high[0][s]; ++s)
+        for (uint32_t a = 0; a < 3; ++a)
+          reach = std::max(reach, std::max(std::abs(node.low[a][s]), std::abs(node.high[a][s])));
+    for (const DecodedLeaf& leaf : leaves_)
+      for (const auto& corner : leaf.corners)
+        for (const auto& column : corner)
+          for (const float at : column) reach = std::max(reach, std::abs(at));
+    return reach;
+  }
+
+  void add_large() {
+    for (uint32_t first = 0; first < tree_.large_count(); first += kBvhLeafTriangles) {
+      Item item{};
+      item.count = std::min(tree_.large_count() - first, kBvhLeafTriangles);
+      for (uint32_t i = 0; i < item.count; ++i) {
+        item.triangles[i] = tree_.large()[first + i].triangle;
+        item.first_vertex[i] = tree_.large()[first + i].first_vertex;
+      }
+      const DecodedLeaf& leaf = leaves_.emplace_back(leaf_of(tree_.field(), item));
+      for (uint32_t i = 0; i < item.count; ++i) large_.push_back(large_triangle(leaf, i));
+    }
+  }
+
   /// Fills nodes_[to]. Recursion is at most kMaxBvhDepth deep.
   bool add_node(uint32_t from, size_t to) {
-    Items all = items_of(field_.nodes[from]);
-    fill_up(field_, all);
+    Items all = tree_.items_of(from);
+    fill_up(tree_, all);
     std::reverse(all.items, all.items + all.count);
     DecodedNode node;
     uint32_t inner = 0;
@@ -195,7 +391,7 @@ class Decoder {
       if (!used) continue;
       if (item.count != 0) {
         node.children[s] = uint32_t(leaves_.size()) * kBvhLeafTriangles + item.count - 1;
-        leaves_.push_back(leaf_of(field_, item));
+        leaves_.push_back(leaf_of(tree_.field(), item));
       } else {
         inner |= 1u << s;
         node.children[s] = uint32_t(nodes_.size());
@@ -211,10 +407,11 @@ class Decoder {
     return true;
   }
 
-  const TrianglesField& field_;
+  const RestOfTree tree_;
   const size_t most_bytes_;
   std::pmr::vector<DecodedNode> nodes_;
   std::pmr::vector<DecodedLeaf> leaves_;
+  std::pmr::vector<LargeTriangle> large_;
 };
 
 }  // namespace

@@ -2,6 +2,9 @@
 // boxes as floats, corners of triangles in columns. A step reads them without any arithmetic to unpack them, for
 // some five times the bytes.
 //
+// The largest triangles are not in the tree: every ray would come to them one by one. They are tested before it, a vector
+// of rays at a time, and without them the boxes are smaller.
+//
 // Nodes are also filled up. A leaf of four triangles costs as much as a leaf of one, so leaves of a node are joined
 // where rays meet their common box less often than both of theirs; and a node takes the place of its parent's slot
 // where there is room for its children.
@@ -43,12 +46,30 @@ struct alignas(16) DecodedLeaf {
 };
 static_assert(sizeof(DecodedLeaf) == 160);
 
+/// At most this many triangles are large. Each is a bit of a word.
+inline constexpr uint32_t kMostLarge = 16;
+/// A triangle is large if rays meet its box more often than this, of those that meet the object's.
+inline constexpr double kLargeBox = 0.15;
+
+struct alignas(16) LargeTriangle {
+  float corners[3][4];  ///< by corner and axis; the last is 0
+  float normal[4];      ///< of a plane, at most 1 along any axis; the last is 0
+  float offset;         ///< the plane's: for its points, normal times point is this
+  float flatness;       ///< for the triangle's points, it is off by at most this
+  float steepness;  ///< rays whose slope is at most this times their padding squared must not use the plane
+};
+
 struct DecodedTree {
   std::pmr::vector<DecodedNode> nodes;  ///< the first is the root; empty if the object is not decoded
+  /// The large triangles are in the first ones, in their order; no node leads to these leaves.
   std::pmr::vector<DecodedLeaf> leaves;
+  std::pmr::vector<LargeTriangle> large;
+  /// No corner of a triangle and no plane of a box lies farther than this from the origin along any axis.
+  float reach = 0;
 
   size_t bytes() const {
-    return nodes.capacity() * sizeof(DecodedNode) + leaves.capacity() * sizeof(DecodedLeaf);
+    return nodes.capacity() * sizeof(DecodedNode) + leaves.capacity() * sizeof(DecodedLeaf) +
+           large.capacity() * sizeof(LargeTriangle);
   }
 };
 

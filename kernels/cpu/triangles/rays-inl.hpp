@@ -64,22 +64,43 @@ struct ReadyRays {
   }
 };
 
+/// The rays of a vector as triangles see them.
+struct SeenRays {
+  uint32_t first;             ///< of the batch
+  uint32_t asked;             ///< those that are to be answered, as bits
+  hn::Vec<Ints> axis;         ///< of the direction's longest component, which comes third
+  hn::Vec<Floats> origin[3];  ///< in the order of ReadyRay
+  hn::Vec<Floats> shear[2];   ///< slopes of the first two axes against the third
+  hn::Vec<Floats> error[2];   ///< two factors of sides' error bounds
+  hn::Vec<Floats> padding;
+  hn::Vec<Floats> begin, end;  ///< depths in the direction of the ray, surely inside its range
+  hn::Vec<Floats> steepest;    ///< depth by t, in the units of boxes
+  hn::Mask<Floats> backward;
+};
+/// What is looked at before the root.
+struct FirstLook {
+  uint32_t finished = 0;  ///< rays that are, as bits
+  uint32_t started = 0;   ///< rays that have met something and must be traversed, whatever the root says
+};
+struct NothingFirst {
+  HWY_INLINE FirstLook operator()(const SeenRays&, hn::Vec<Floats>&) const { return {}; }
+};
+
 /// The rays of a vector, with those from far away moved to the object. The others do not change.
 struct MovedLanes {
   alignas(64) float origin[3][kLanes];
   float tmin[kLanes], tmax[kLanes], reach[kLanes];
 };
-HWY_NOINLINE inline void move_lanes(const TrianglesField& field, const SegmentBatch& batch, uint32_t first,
+HWY_NOINLINE inline void move_lanes(const BvhTree& tree, const SegmentBatch& batch, uint32_t first,
                                     uint32_t far, MovedLanes& lanes) {
   for (; far != 0; far &= far - 1) {
     const uint32_t lane = lowest_bit(far);
     const Segment segment = segment_of(batch, first + lane);
-    const Segment near = moved_to(start_of(field, segment), segment);
+    const Segment near = moved_to(start_of(tree.field, segment), segment);
     for (uint32_t a = 0; a < 3; ++a) lanes.origin[a][lane] = near.origin[a];
     lanes.tmin[lane] = near.tmin;
     lanes.tmax[lane] = near.tmax;
-    lanes.reach[lane] =
-        moved_reach(max_of(largest_of(near.origin), field.extent), largest_of(segment.origin));
+    lanes.reach[lane] = moved_reach(max_of(largest_of(near.origin), tree.reach), largest_of(segment.origin));
   }
 }
 
@@ -100,9 +121,10 @@ HWY_INLINE bool any_far(const TrianglesField& field, const SegmentBatch& batch) 
 
 /// Prepares the batch's rays from `first` on, and answers them as if they met nothing. Boxes count from
 /// `enter` to `leave`, where t counts from start_of() the ray; triangles from the ray's tmin to tmax.
-template <class Node>
+/// Look: look(rays, leave) looks at triangles outside the tree, and may lower `leave`, in the units of boxes.
+template <class Node, class Look>
 HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const float* from, const float* to,
-                           uint32_t first, AnswerBatch& answers, ReadyRays& ready) {
+                           uint32_t first, AnswerBatch& answers, ReadyRays& ready, const Look& look) {
   const Floats d;
   const Ints di;
   const auto zero = hn::Zero(d), one = hn::Set(d, 1.0f);
@@ -120,10 +142,9 @@ HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const
   }
   // Like prepare_ray().
   const auto extent = hn::Set(d, tree.field.extent);
-  auto near_reach = hn::Max(far_off, extent);
   auto tmin = hn::LoadU(d, batch.tmin + first), tmax = hn::LoadU(d, batch.tmax + first);
   const auto ordered = hn::Le(tmin, tmax);
-  auto askable = hn::And(finite, hn::Le(near_reach, hn::Set(d, kMaxBvhCoordinate)));
+  auto askable = hn::And(finite, hn::Le(hn::Max(far_off, extent), hn::Set(d, kMaxBvhCoordinate)));
   askable = hn::And(askable, hn::Le(far_off, hn::Mul(extent, hn::Set(d, kBvhFarthest))));
   askable = hn::And(askable, hn::And(hn::Ge(steepest, hn::Set(d, kMinDirection)),
                                      hn::Le(steepest, hn::Set(d, kMaxDirection))));
@@ -136,25 +157,25 @@ HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const
   for (uint32_t lane = 0; lane < kLanes; ++lane) answers.certain[first + lane] = uint8_t(certain >> lane & 1);
   hn::StoreU(hn::Set(di, kCertainLogit), di, answers.logit + first);
 
+  auto reach = hn::Max(far_off, hn::Set(d, tree.reach));
   const auto moved = hn::And(askable, hn::Gt(far_off, hn::Mul(extent, hn::Set(d, kBvhMovedFrom))));
   if (const uint32_t far = bits_of(moved) & present; HWY_UNLIKELY(far != 0)) {
     MovedLanes lanes;
     for (uint32_t a = 0; a < 3; ++a) hn::Store(origin[a], d, lanes.origin[a]);
     hn::Store(tmin, d, lanes.tmin);
     hn::Store(tmax, d, lanes.tmax);
-    hn::Store(near_reach, d, lanes.reach);
-    move_lanes(tree.field, batch, first, far, lanes);
+    hn::Store(reach, d, lanes.reach);
+    move_lanes(tree, batch, first, far, lanes);
     for (uint32_t a = 0; a < 3; ++a) origin[a] = hn::Load(d, lanes.origin[a]);
     tmin = hn::Load(d, lanes.tmin);
     tmax = hn::Load(d, lanes.tmax);
-    near_reach = hn::Load(d, lanes.reach);
+    reach = hn::Load(d, lanes.reach);
   }
 
   // Powers of two: dividing by one is exact.
   const auto power = hn::And(ints(steepest), hn::Set(di, 0x7f800000));
   const auto scale_down = floats(hn::Sub(hn::Set(di, 0x7f000000), power)), scale_up = floats(power);
   steepest = hn::Mul(steepest, scale_down);
-  const auto reach = hn::Max(near_reach, hn::Set(d, tree.reach));
   const auto padding = hn::Mul(reach, hn::Set(d, kBvhPadding));
   const auto flattest = hn::Mul(steepest, hn::Set(d, kBvhFlattest));
   hn::Vec<Floats> inverse[3], near[3], far[3];
@@ -179,7 +200,42 @@ HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const
   const auto clamp = [&](hn::Vec<Floats> t) HWY_ATTR {
     return hn::Min(hn::Max(hn::Mul(t, scale_up), hn::Neg(farthest)), farthest);
   };
-  const auto enter = clamp(hn::LoadU(d, from + first)), leave = clamp(hn::LoadU(d, to + first));
+  const auto enter = clamp(hn::LoadU(d, from + first));
+  auto leave = clamp(hn::LoadU(d, to + first));
+
+  // prepare_ray() chooses the axes of triangles the same way.
+  const auto second = hn::Gt(hn::Abs(direction[1]), hn::Abs(direction[0]));
+  const auto third = hn::Gt(hn::Abs(direction[2]), hn::Max(hn::Abs(direction[0]), hn::Abs(direction[1])));
+  const auto choose = [&](const hn::Vec<Floats>* of, uint32_t next) HWY_ATTR {
+    const auto x = of[next % 3], y = of[(next + 1) % 3], z = of[(next + 2) % 3];
+    return hn::IfThenElse(third, z, hn::IfThenElse(second, y, x));
+  };
+  const auto axis = hn::IfThenElse(hn::RebindMask(di, third), hn::Set(di, 2),
+                                   hn::IfThenElse(hn::RebindMask(di, second), hn::Set(di, 1), hn::Zero(di)));
+  const auto length = choose(direction, 0);
+  const auto shear_x = hn::Div(choose(direction, 1), length), shear_y = hn::Div(choose(direction, 2), length);
+  const auto error = hn::IfThenElse(hn::Le(reach, hn::Set(d, kMaxSingleReach)),
+                                    hn::Mul(reach, hn::Set(d, kSideError)), infinity);
+  const auto least_error = hn::MulAdd(error, error, hn::Set(d, kSideUnderflow));
+  const auto low = hn::Add(hn::Mul(clamp(tmin), steepest), padding);
+  const auto high = hn::Sub(hn::Mul(clamp(tmax), steepest), padding);
+  const auto backward = hn::Lt(length, zero);
+  const auto begin = hn::IfThenElse(backward, hn::Neg(high), low);
+  const auto end = hn::IfThenElse(backward, hn::Neg(low), high);
+
+  const uint32_t asked = bits_of(askable) & present;
+  const SeenRays seen{first,
+                      asked,
+                      axis,
+                      {choose(origin, 1), choose(origin, 2), choose(origin, 0)},
+                      {shear_x, shear_y},
+                      {error, least_error},
+                      padding,
+                      low,
+                      high,
+                      steepest,
+                      backward};
+  const FirstLook looked = look(seen, leave);
 
   // The boxes of the root, for all rays at once: many rays need no more.
   auto met = hn::Zero(di);
@@ -196,27 +252,8 @@ HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const
   }
   hn::Store(met, di, ready.met);
   const auto some = hn::RebindMask(d, hn::Ne(met, hn::Zero(di)));
-  ready.traversed = bits_of(hn::And(askable, some)) & present;
-
-  // prepare_ray() chooses the axes of triangles the same way.
-  const auto second = hn::Gt(hn::Abs(direction[1]), hn::Abs(direction[0]));
-  const auto third = hn::Gt(hn::Abs(direction[2]), hn::Max(hn::Abs(direction[0]), hn::Abs(direction[1])));
-  const auto choose = [&](const hn::Vec<Floats>* of, uint32_t next) HWY_ATTR {
-    const auto x = of[next % 3], y = of[(next + 1) % 3], z = of[(next + 2) % 3];
-    return hn::IfThenElse(third, z, hn::IfThenElse(second, y, x));
-  };
-  const auto axis = hn::IfThenElse(hn::RebindMask(di, third), hn::Set(di, 2),
-                                   hn::IfThenElse(hn::RebindMask(di, second), hn::Set(di, 1), hn::Zero(di)));
-  const auto length = choose(direction, 0);
-  const auto shear_x = hn::Div(choose(direction, 1), length), shear_y = hn::Div(choose(direction, 2), length);
-  const auto error = hn::IfThenElse(hn::Le(near_reach, hn::Set(d, kMaxSingleReach)),
-                                    hn::Mul(near_reach, hn::Set(d, kSideError)), infinity);
-  const auto least_error = hn::MulAdd(error, error, hn::Set(d, kSideUnderflow));
-  const auto low = hn::Add(hn::Mul(clamp(tmin), steepest), padding);
-  const auto high = hn::Sub(hn::Mul(clamp(tmax), steepest), padding);
-  const auto backward = hn::Lt(length, zero);
-  const auto begin = hn::IfThenElse(backward, hn::Neg(high), low);
-  const auto end = hn::IfThenElse(backward, hn::Neg(low), high);
+  ready.traversed = ((bits_of(some) & ~looked.finished) | looked.started) & asked;
+  if (ready.traversed == 0) return;
 
   const auto store =
       [&](uint32_t group, hn::Vec<Floats> x, hn::Vec<Floats> y, hn::Vec<Floats> z, hn::Vec<Floats> w)
@@ -224,7 +261,7 @@ HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const
   store(0, inverse[0], inverse[1], inverse[2], zero);
   store(1, near[0], near[1], near[2], zero);
   store(2, far[0], far[1], far[2], zero);
-  store(3, choose(origin, 1), choose(origin, 2), choose(origin, 0), padding);
+  store(3, seen.origin[0], seen.origin[1], seen.origin[2], padding);
   store(4, shear_x, shear_y, error, least_error);
   store(5, enter, leave, begin, end);
   store(6, entry[0], entry[1], entry[2], floats(signs));

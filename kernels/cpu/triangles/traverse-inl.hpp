@@ -230,7 +230,7 @@ class Traversal {
   HWY_INLINE bool make_some_ready() {
     for (; ready_.traversed == 0; taken_ += kLanes) {
       if (taken_ >= batch_.count) return false;
-      make_ready<BvhNode>(tree_, batch_, enter_, leave_, taken_, goal_.answers(), ready_);
+      make_ready<BvhNode>(tree_, batch_, enter_, leave_, taken_, goal_.answers(), ready_, NothingFirst());
     }
     return true;
   }

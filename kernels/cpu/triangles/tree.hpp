@@ -11,9 +11,8 @@ struct BvhTree {
 
   TrianglesField field;
   DecodedTree decoded;  ///< empty if the object is too large
-  /// No plane of any node's frame, used or not, lies farther from the origin of object space along any axis.
-  /// The baker's frames lie within the root's, so this is the extent. A file may have others: only the planes
-  /// that boxes use must lie within the root's.
+  /// No corner of a triangle, and no plane that is computed with, lies farther than this from the origin of object space
+  /// along any axis. Planes of nodes' frames are computed with even if no box uses them, but not those of decoded nodes.
   float reach;
   // The root's slots.
   uint32_t inner = 0, leaves = 0;                         ///< bits by slot
@@ -27,9 +26,10 @@ inline BvhTree tree_of(const TrianglesField& field, [[maybe_unused]] const Kerne
 #else
   BvhTree tree{field, {}, field.extent};
 #endif
-  for (uint32_t i = 0; i < field.node_count; ++i) tree.reach = max_of(bvh_extent(field.nodes[i]), tree.reach);
 #ifdef NIF_DECODES
   if (!tree.decoded.nodes.empty()) {
+    // Often a third of the extent. Not far below it, so that nothing underflows that did not before.
+    tree.reach = max_of(tree.decoded.reach, field.extent / 8);
     const DecodedNode& root = tree.decoded.nodes[0];
     for (uint32_t s = 0; s < kBvhWidth && root.low[0][s] <= root.high[0][s]; ++s) {
       ((root.order[0] >> (24 + s) & 1) != 0 ? tree.inner : tree.leaves) |= 1u << s;
@@ -41,6 +41,7 @@ inline BvhTree tree_of(const TrianglesField& field, [[maybe_unused]] const Kerne
     return tree;
   }
 #endif
+  for (uint32_t i = 0; i < field.node_count; ++i) tree.reach = max_of(bvh_extent(field.nodes[i]), tree.reach);
   const BvhNode& root = field.nodes[0];
   for (uint32_t s = 0; s < kBvhWidth && root.slots[s] != 0; ++s) {
     (slot_kind(root.slots[s]) == kInnerSlot ? tree.inner : tree.leaves) |= 1u << s;
