@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <memory>
@@ -37,6 +38,18 @@ std::vector<format::TrianglesData> trees() {
   same.positions = {{-1, -1, 2}, {3, -1, 2}, {0, 1, 2}, {1, 2, 2}};
   for (uint32_t i = 0; i < 60; ++i) same.triangles.push_back({0, 1, 2 + i % 2});
   all.push_back(RandomTree(same).pack(random));
+  // A town on a ground of a few large triangles, on one plane, on slopes, and as slivers.
+  for (const float slope : {0.0f, 0.3f, 1e-5f})
+    for (const float depth : {1.0f, 1e-4f}) {
+      Soup town = random_soup(random, 400, 0, 0.05f);
+      const uint32_t first = uint32_t(town.positions.size());
+      for (uint32_t i = 0; i < 8; ++i) {
+        const float angle = float(i) * 0.8f, x = std::cos(angle), z = std::sin(angle) * depth;
+        town.positions.push_back({x, slope * x, z});
+        town.triangles.push_back({first + i, first + (i + 1) % 8, i});
+      }
+      all.push_back(RandomTree(town).pack(random));
+    }
   return all;
 }
 
@@ -111,6 +124,31 @@ class Checker {
       ASSERT_EQ(slots, 255u);  // each once
     }
   }
+  /// The large triangles, which no node leads to.
+  void check_large() {
+    constexpr float kAnywhere[2][3] = {{-kernels::kNoHit, -kernels::kNoHit, -kernels::kNoHit},
+                                       {kernels::kNoHit, kernels::kNoHit, kernels::kNoHit}};
+    for (uint32_t i = 0; i < tree_.large.size(); ++i) {
+      const kernels::cpu::LargeTriangle& large = tree_.large[i];
+      const uint32_t leaf = i / kernels::kBvhLeafTriangles * kernels::kBvhLeafTriangles;
+      if (i == leaf)
+        check_leaf(leaf + std::min(uint32_t(tree_.large.size()) - i, kernels::kBvhLeafTriangles) - 1,
+                   kAnywhere[0], kAnywhere[1]);
+      const uint32_t triangle = tree_.leaves[i / kernels::kBvhLeafTriangles].triangles[i - leaf];
+      for (uint32_t k = 0; k < 3; ++k) {
+        double along = 0;
+        for (uint32_t a = 0; a < 3; ++a) {
+          EXPECT_EQ(large.corners[k][a], corners_[triangle][k][a]);
+          EXPECT_LE(std::abs(large.corners[k][a]), tree_.reach);
+          EXPECT_LE(std::abs(large.normal[a]), 1.0f);
+          along += double{large.normal[a]} * double{large.corners[k][a]};
+        }
+        if (std::isfinite(large.steepness)) {
+          EXPECT_LE(std::abs(along - double{large.offset}), large.flatness);
+        }
+      }
+    }
+  }
   const std::vector<uint32_t>& seen() const { return seen_; }
   uint32_t nodes() const { return nodes_; }
 
@@ -139,7 +177,7 @@ class Checker {
 };
 
 TEST(DecodedTree, HasEachTriangleOnceInBoxesThatHoldIt) {
-  uint32_t before = 0, after = 0;
+  uint32_t before = 0, after = 0, large = 0, small = 0;
   for (const format::TrianglesData& bvh : trees()) {
     const TrianglesField field = format::field_of(bvh);
     const DecodedTree tree = decode(field, kNoLimit, std::pmr::new_delete_resource());
@@ -148,11 +186,16 @@ TEST(DecodedTree, HasEachTriangleOnceInBoxesThatHoldIt) {
     Checker checker(field, tree);
     const float none[3] = {};
     ASSERT_NO_FATAL_FAILURE(checker.visit(0, none, none, 0));
+    ASSERT_NO_FATAL_FAILURE(checker.check_large());
     for (const uint32_t times : checker.seen()) ASSERT_EQ(times, 1u);
     before += field.node_count;
     after += checker.nodes();
+    large += uint32_t(tree.large.size());
+    small += field.triangle_count - uint32_t(tree.large.size());
   }
   EXPECT_LT(after, before);  // nodes are filled up
+  EXPECT_GT(large, 100u);
+  EXPECT_GT(small, 10000u);
 }
 
 TEST(DecodedTree, KeepsItsLimit) {

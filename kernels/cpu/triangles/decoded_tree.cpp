@@ -341,6 +341,7 @@ class Decoder {
     if (!add_node(0, 0)) return {};
     nodes_.shrink_to_fit();
     leaves_.shrink_to_fit();
+    large_.shrink_to_fit();
     const float reach = farthest();
     return {std::move(nodes_), std::move(leaves_), std::move(large_), reach};
   }
@@ -400,7 +401,9 @@ class Decoder {
     }
     for (uint32_t signs = 0; signs < 8; ++signs) node.order[signs] = far_to_near(all, signs) | inner << 24;
     nodes_[to] = node;
-    if (nodes_.size() * sizeof(DecodedNode) + leaves_.size() * sizeof(DecodedLeaf) > most_bytes_)
+    if (nodes_.size() * sizeof(DecodedNode) + leaves_.size() * sizeof(DecodedLeaf) +
+            large_.size() * sizeof(LargeTriangle) >
+        most_bytes_)
       return false;
     for (uint32_t s = kBvhWidth; s-- > 0;)
       if ((inner >> s & 1) != 0 && !add_node(all.items[s].node, node.children[s])) return false;

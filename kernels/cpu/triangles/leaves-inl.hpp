@@ -33,14 +33,22 @@ struct alignas(32) DecodedRay {
 };
 
 HWY_INLINE void make_decoded_ray(const ReadyRay& ray, DecodedRay& to) {
-  const Four d;
+  [[maybe_unused]] const Four d;
   const uint32_t axis = ray.exit[3];
   const float slack = 4 * ray.origin[3];
+#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX2
+  // As they are read: a load of two stores would wait for both.
+  const auto pair = [](const float* of)
+                        HWY_ATTR { return _mm256_set_m128(_mm_set1_ps(of[1]), _mm_set1_ps(of[0])); };
+  _mm256_store_ps(to.origin, pair(ray.origin));
+  _mm256_store_ps(to.shear, pair(ray.shear));
+#else
   for (uint32_t i = 0; i < 2; ++i) {
     hn::Store(hn::Set(d, ray.origin[i]), d, to.origin + 4 * i);
     hn::Store(hn::Set(d, ray.shear[i]), d, to.shear + 4 * i);
-    to.error[i] = ray.shear[2 + i];
   }
+#endif
+  for (uint32_t i = 0; i < 2; ++i) to.error[i] = ray.shear[2 + i];
   to.origin_z = ray.origin[2];
   to.padding = ray.origin[3];
   constexpr uint32_t kRow = sizeof(DecodedLeaf::corners[0][0]);
