@@ -117,10 +117,17 @@ struct FlightGroup {
   void clear() { in_flight = done = blocked = count = 0; }
 };
 
+/// Large triangles that the rays of a vector may meet first.
+struct LargeHits {
+  alignas(64) int32_t open[kLanes];  ///< as bits
+  float bound[kLanes];               ///< the first hit is at this depth or before
+  float low[kMostLarge][kLanes];     ///< depths, at least
+};
+
 template <class Goal>
 struct TraversalScratch {
   ReadyRays ready;
-  alignas(64) int32_t open_large[kLanes];  ///< large triangles that rays may meet, as bits
+  LargeHits large;
   FlightGroup<Goal> groups[kFlightGroups];
 };
 
@@ -142,7 +149,7 @@ class AnyTriangle {
   AnswerBatch& answers() const { return answers_; }
   HWY_INLINE void begin(Flight<AnyTriangle>&) const {}
   /// Rays that meet a large triangle are finished.
-  HWY_INLINE FirstLook look_at_large(const SeenRays& rays, hn::Vec<Floats>&, int32_t*) const {
+  HWY_INLINE FirstLook look_at_large(const SeenRays& rays, hn::Vec<Floats>&, LargeHits&) const {
     const LargeOrder order(rays.axis);
     uint32_t blocked = 0;
     for (uint32_t i = 0; i < tree_.decoded.large.size() && blocked != rays.asked; ++i) {
@@ -205,27 +212,48 @@ class FirstTriangle {
   AnswerBatch& answers() const { return answers_; }
   HWY_INLINE void begin(Flight<FirstTriangle>& flight) const { flight.state.clear(); }
   /// Rays need not go farther than the first large triangle that they surely meet.
-  HWY_INLINE FirstLook look_at_large(const SeenRays& rays, hn::Vec<Floats>& leave,
-                                     int32_t* open_large) const {
+  HWY_INLINE FirstLook look_at_large(const SeenRays& rays, hn::Vec<Floats>& leave, LargeHits& hits) const {
     const Floats d;
     const Ints di;
     const LargeOrder order(rays.axis);
+    const auto count = uint32_t(tree_.decoded.large.size());
+    const auto never = hn::Set(d, std::numeric_limits<float>::infinity());
     auto bound = hn::Set(d, kNoHit);
-    const auto reach = hn::MulAdd(leave, rays.steepest, hn::Mul(rays.padding, hn::Set(d, 4.0f)));
-    auto all = hn::Zero(di);
-    for (uint32_t i = 0; i < tree_.decoded.large.size(); ++i) {
+    for (uint32_t i = 0; i < count; ++i) {
       LargeDepths depths;
       const LargeTest test = test_large(tree_.decoded.large[i], rays, order, depths);
       bound = hn::IfThenElse(test.met, hn::Min(depths.high, bound), bound);
-      const auto open = hn::AndNot(hn::Gt(depths.low, hn::Min(bound, reach)), test.open);
-      all = hn::Or(all, hn::IfThenElseZero(hn::RebindMask(di, open), hn::Set(di, int32_t(1u << i))));
+      hn::Store(hn::IfThenElse(test.open, depths.low, never), d, hits.low[i]);
     }
-    hn::Store(all, di, open_large);
+    hn::Store(bound, d, hits.bound);
+    // Nor beyond `leave`.
+    const auto reach = hn::MulAdd(leave, rays.steepest, hn::Mul(rays.padding, hn::Set(d, 4.0f)));
+    const auto last = hn::Min(bound, reach);
+    auto open = hn::Zero(di);
+    for (uint32_t i = 0; i < count; ++i) {
+      const auto some = hn::RebindMask(di, hn::Le(hn::Load(d, hits.low[i]), last));
+      open = hn::Or(open, hn::IfThenElseZero(some, hn::Set(di, int32_t(1u << i))));
+    }
+    hn::Store(open, di, hits.open);
     // As shorten().
     const auto t = hn::Div(bound, rays.steepest);
     const auto above = hn::Max(hn::Mul(t, hn::Set(d, 1 + 0x1p-21f)), hn::Mul(t, hn::Set(d, 1 - 0x1p-21f)));
     leave = hn::Min(hn::Add(above, hn::Set(d, std::numeric_limits<float>::min())), leave);
-    return {.started = bits_of(hn::RebindMask(d, hn::Ne(all, hn::Zero(di))))};
+    return {.started = bits_of(hn::RebindMask(d, hn::Ne(open, hn::Zero(di))))};
+  }
+  /// A ray of that vector that meets nothing else.
+  HWY_INLINE void end_at_large(const LargeHits& hits, uint32_t lane, uint32_t number, uint32_t axis) const {
+    if (HWY_UNLIKELY(!candidates_.has_room(kMostLarge))) finish();
+    for (auto open = uint32_t(hits.open[lane]); open != 0; open &= open - 1)
+      candidates_.add(number, axis, corners_at(lowest_bit(open)));
+  }
+  /// A ray that goes on to the tree.
+  HWY_INLINE void go_on_from_large(const LargeHits& hits, uint32_t lane,
+                                   Flight<FirstTriangle>& flight) const {
+    flight.state.bound = hits.bound[lane];
+    for (auto open = uint32_t(hits.open[lane]); open != 0; open &= open - 1)
+      keep(hits.low[lowest_bit(open)][lane], lowest_bit(open), flight);
+    shorten(flight.leaf_ray, flight.state.bound);
   }
   HWY_INLINE bool look_at(Child leaf, const LeafDepths& depths, uint32_t lanes,
                           Flight<FirstTriangle>& flight) const {
@@ -235,12 +263,8 @@ class FirstTriangle {
       state.bound = min_of(depths.high[lowest_bit(met)], state.bound);
     for (uint32_t open = depths.open & lanes; open != 0; open &= open - 1) {
       const uint32_t i = lowest_bit(open);
-      if (!(depths.low[i] <= state.bound)) continue;
-      if (HWY_UNLIKELY(state.count == State::kMost) && !state.make_room())
-        keep_first(
-            tree_.field, segment_of(batch_, flight.number), [&](Child place) { return corners_at(place); },
-            state);
-      state.add(depths.low[i], leaf / kBvhLeafTriangles * kBvhLeafTriangles + i);
+      if (depths.low[i] <= state.bound)
+        keep(depths.low[i], leaf / kBvhLeafTriangles * kBvhLeafTriangles + i, flight);
     }
     if (state.bound < before) {
       shorten(flight.ray, state.bound);
@@ -258,6 +282,14 @@ class FirstTriangle {
   void finish() const { finish_hits(tree_.field, batch_, answers_, candidates_, hits_); }
 
  private:
+  /// Adds a candidate.
+  HWY_INLINE void keep(float low, Child place, Flight<FirstTriangle>& flight) const {
+    State& state = flight.state;
+    if (HWY_UNLIKELY(state.count == State::kMost) && !state.make_room())
+      keep_first(
+          tree_.field, segment_of(batch_, flight.number), [&](Child at) { return corners_at(at); }, state);
+    state.add(low, place);
+  }
   HWY_INLINE TriangleCorners corners_at(Child place) const {
     return corners_of(tree_.decoded.leaves[place / kBvhLeafTriangles], place % kBvhLeafTriangles);
   }
@@ -283,7 +315,7 @@ class Traversal {
         leave_(leave),
         goal_(goal),
         ready_(scratch.ready),
-        open_large_(scratch.open_large) {
+        large_(scratch.large) {
     ready_.traversed = 0;
   }
 
@@ -371,23 +403,29 @@ class Traversal {
   HWY_INLINE bool make_some_ready() {
     for (; ready_.traversed == 0; taken_ += kLanes) {
       if (taken_ >= batch_.count) return false;
-      make_ready<DecodedNode>(
-          tree_, batch_, enter_, leave_, taken_, goal_.answers(), ready_,
-          [this](const SeenRays& rays, hn::Vec<Floats>& leave) HWY_ATTR {
-            return tree_.decoded.large.empty() ? FirstLook() : goal_.look_at_large(rays, leave, open_large_);
-          });
+      make_ready<DecodedNode>(tree_, batch_, enter_, leave_, taken_, goal_.answers(), ready_,
+                              [this](const SeenRays& rays, hn::Vec<Floats>& leave) HWY_ATTR {
+                                return tree_.decoded.large.empty() ? FirstLook()
+                                                                   : goal_.look_at_large(rays, leave, large_);
+                              });
     }
     return true;
   }
 
   /// Starts the next ray at the root. Returns false if it is finished.
   HWY_INLINE bool start(Flight& flight, int32_t& top) {
-    const uint32_t lane = lowest_bit(ready_.traversed);
+    const uint32_t lane = lowest_bit(ready_.traversed), number = taken_ - kLanes + lane;
     ready_.traversed &= ready_.traversed - 1;
+    const auto met = uint32_t(ready_.met[lane]);
+    if constexpr (Goal::kNearestFirst) {
+      if (met == 0) {  // it was made ready for its large triangles
+        goal_.end_at_large(large_, lane, number, ready_.axis(lane));
+        return false;
+      }
+    }
     ready_.take(lane, flight.ray);
     const DecodedNode& root = tree_.decoded.nodes[0];
     const uint32_t order = root.order[Goal::kNearestFirst ? flight.ray.entry[3] : 0];
-    const auto met = uint32_t(ready_.met[lane]);
     // Usually the root has no leaves, and is skipped.
     if (HWY_LIKELY((met & ~(order >> 24)) == 0)) {
       top = int32_t(Goal::kNearestFirst ? append_by(root, order, met, flight.stack)
@@ -397,21 +435,11 @@ class Traversal {
       flight.stack[0] = 0;
       top = 0;
     }
-    flight.number = taken_ - kLanes + lane;
+    flight.number = number;
     make_decoded_ray(flight.ray, flight.leaf_ray);
     goal_.begin(flight);
     if constexpr (Goal::kNearestFirst) {
-      if (HWY_UNLIKELY(!tree_.decoded.large.empty())) {
-        auto open = uint32_t(open_large_[lane]);
-        for (Child leaf = 0; open != 0; leaf += kBvhLeafTriangles, open >>= kBvhLeafTriangles)
-          if (const uint32_t lanes = open & kLeafBits; lanes != 0)
-            goal_.look_at(leaf, depths_of(tree_.decoded.leaves[leaf / kBvhLeafTriangles], flight.leaf_ray),
-                          lanes, flight);
-        if (met == 0) {
-          goal_.end(flight, false);
-          return false;
-        }
-      }
+      if (HWY_UNLIKELY(!tree_.decoded.large.empty())) goal_.go_on_from_large(large_, lane, flight);
     }
     return true;
   }
@@ -421,7 +449,7 @@ class Traversal {
   const float *enter_, *leave_;
   const Goal goal_;
   ReadyRays& ready_;
-  int32_t* const open_large_;
+  LargeHits& large_;
   uint32_t taken_ = 0;  ///< rays of the batch that have been prepared
 };
 

@@ -62,6 +62,10 @@ struct ReadyRays {
     float* const to = ray.inverse;
     for (uint32_t g = 0; g < kReadyGroups; ++g) hn::Store(hn::Load(d, groups[g][lane]), d, to + 4 * g);
   }
+  /// ReadyRay::exit[3].
+  uint32_t axis(uint32_t lane) const {
+    return __builtin_bit_cast(uint32_t, groups[kReadyGroups - 1][lane][3]);
+  }
 };
 
 /// The rays of a vector as triangles see them.
