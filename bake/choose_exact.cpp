@@ -5,8 +5,22 @@
 #include <algorithm>
 
 #include "bake/steps.hpp"
+#include "formats/base/quantities.hpp"
 
 namespace nif::bake {
+
+void give_smallest_as_reason(const BakeRun& run, Candidate& candidate) {
+  const size_t smallest = *candidate.smallest_exact();
+  const auto bytes = [&](size_t e) { return candidate.form_in(e).cost.bytes; };
+  std::optional<size_t> next;
+  for (const size_t e : candidate.exact_forms())
+    if (e != smallest && (!next || bytes(e) < bytes(*next))) next = e;
+  if (next)
+    candidate.report.reason +=
+        fmt::format("; bytes are preferred; fewer as {} than as {}: {} and {}",
+                    run.encoders[smallest]->noun(), run.encoders[*next]->noun(),
+                    format_bytes(double(bytes(smallest))), format_bytes(double(bytes(*next))));
+}
 
 void choose_least_work(BakeRun& run, Candidate& candidate, const RaySource& source) {
   run.show(BakeProgress::Stage::choosing, candidate, 0.5);
@@ -20,11 +34,14 @@ void choose_least_work(BakeRun& run, Candidate& candidate, const RaySource& sour
   }
   const auto& [least, best] = works[0];
   const auto& [more, other] = works[1];
-  if (candidate.chosen() != best) return;
-  const bool automatic = run.options.encoding == kAutomatic;
+  const bool is_least = candidate.chosen() == best, prefers = run.options.prefer.has_value(),
+             automatic = run.options.encoding == kAutomatic;
+  if (!is_least && !prefers) return;
   if (!automatic && best == before) return;
-  const std::string why = fmt::format("less work as {} than as {}: {:.0f} and {:.0f} ns a ray, counted",
-                                      run.encoders[best]->noun(), run.encoders[other]->noun(), least, more);
+  std::string why = fmt::format("less work as {} than as {}: {:.0f} and {:.0f} ns a ray, counted",
+                                run.encoders[best]->noun(), run.encoders[other]->noun(), least, more);
+  if (!is_least) why += ", but the size limit leaves no room for it";
+  if (prefers) why = "speed is preferred; " + why;
   std::string& reason = candidate.report.reason;
   reason = automatic ? reason + "; " + why : why;
 }
@@ -38,7 +55,10 @@ bool make_exact(BakeRun& run, Candidate& candidate, const RaySource& source, con
     return false;
   }
   candidate.report.reason = "exact: " + why;
-  if (candidate.exact_forms().size() > 1) choose_least_work(run, candidate, source);
+  if (run.options.prefer == Preference::bytes)
+    give_smallest_as_reason(run, candidate);
+  else if (candidate.exact_forms().size() > 1)
+    choose_least_work(run, candidate, source);
   return true;
 }
 

@@ -43,6 +43,9 @@ void encode_objects(BakeRun& run);
 
 // The parts of that step which are files of their own:
 
+/// Adds to the reason that bytes are preferred, and how many the smallest exact form saves, which is chosen
+/// (choose_exact.cpp).
+void give_smallest_as_reason(const BakeRun& run, Candidate& candidate);
 /// Chooses, among the exact forms that fit, the one with the least counted work (choose_exact.cpp). There
 /// must be two at least.
 void choose_least_work(BakeRun& run, Candidate& candidate, const RaySource& source);
