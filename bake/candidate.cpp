@@ -64,7 +64,9 @@ void Candidate::lay_out(size_t encoding, double scale, bool bounded) {
 
 bool Candidate::lay_out_exact(uint64_t most) {
   const BakeOptions& options = request_.options;
-  const bool with_planes = options.prefer || options.colors || report.triangles >= kLeastForPlanes;
+  // Planes come on top of triangles, so where bytes count, colours alone are worth them.
+  const bool with_planes = options.colors || options.prefer == Preference::speed ||
+                           (!options.prefer && report.triangles >= kLeastForPlanes);
   for (size_t e = 0; e < forms_.size(); ++e) {
     const Encoder& encoder = *request_.encoders[e];
     const bool has_planes = encoder.has_scale(1);

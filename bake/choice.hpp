@@ -19,7 +19,7 @@ enum class AnswerKind {
 /// work that takes no more memory than kEmbreeBytesPerTriangle, and planes only from kLeastForPlanes on.
 enum class Preference {
   speed,  ///< the least counted work, whatever memory it takes
-  bytes   ///< the fewest in the file
+  bytes   ///< the smallest: no planes
 };
 
 /// The cost of an encoding for an object.

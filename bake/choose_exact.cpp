@@ -5,21 +5,12 @@
 #include <algorithm>
 
 #include "bake/steps.hpp"
-#include "formats/base/quantities.hpp"
 
 namespace nif::bake {
 
-void give_smallest_as_reason(const BakeRun& run, Candidate& candidate) {
-  const size_t smallest = *candidate.smallest_exact();
-  const auto bytes = [&](size_t e) { return candidate.form_in(e).cost.bytes; };
-  std::optional<size_t> next;
-  for (const size_t e : candidate.exact_forms())
-    if (e != smallest && (!next || bytes(e) < bytes(*next))) next = e;
-  if (next)
-    candidate.report.reason +=
-        fmt::format("; bytes are preferred; fewer as {} than as {}: {} and {}",
-                    run.encoders[smallest]->noun(), run.encoders[*next]->noun(),
-                    format_bytes(double(bytes(smallest))), format_bytes(double(bytes(*next))));
+std::string_view why_without_planes(const BakeOptions& options) {
+  const bool without = options.prefer == Preference::bytes && !options.colors;
+  return without ? "; bytes are preferred, so it has no planes" : "";
 }
 
 void choose_least_work(BakeRun& run, Candidate& candidate, const RaySource& source) {
@@ -54,11 +45,8 @@ bool make_exact(BakeRun& run, Candidate& candidate, const RaySource& source, con
     candidate.choose(learned);
     return false;
   }
-  candidate.report.reason = "exact: " + why;
-  if (run.options.prefer == Preference::bytes)
-    give_smallest_as_reason(run, candidate);
-  else if (candidate.exact_forms().size() > 1)
-    choose_least_work(run, candidate, source);
+  candidate.report.reason = fmt::format("exact: {}{}", why, why_without_planes(run.options));
+  if (candidate.exact_forms().size() > 1) choose_least_work(run, candidate, source);
   return true;
 }
 

@@ -114,7 +114,7 @@ void choose_forms(BakeRun& run) {
   const Alternative other = alternative_for(run);
   lay_out_each(run, [&](Candidate& candidate) {
     if (lay_out_exact_if_preferred(run.options, candidate, other.word)) {
-      if (run.options.prefer == Preference::bytes) give_smallest_as_reason(run, candidate);
+      candidate.report.reason += why_without_planes(run.options);
       return;
     }
     candidate.choose(*other.encoding);

@@ -36,8 +36,7 @@ void encode_together(BakeRun& run, std::span<Candidate> objects) {
   stop_if(run.cancel);
   Candidate& first = objects.front();
   const bool trains = first.kind() == AnswerKind::learned, proves = first.kind() == AnswerKind::open,
-             compares = first.kind() == AnswerKind::exact && first.exact_forms().size() > 1 &&
-                        run.options.prefer != Preference::bytes;
+             compares = first.kind() == AnswerKind::exact && first.exact_forms().size() > 1;
   if (trains || proves || compares || run.options.evaluation_rays > 0) {
     std::deque<GroundTruth> truths;
     for (const Candidate& object : objects) truths.emplace_back(object.prepared);

@@ -240,7 +240,7 @@ void add_bake_options(Command command, BakeArguments& arguments) {
   command.add_option(
       "--prefer", arguments.prefer,
       "With auto, what decides between exact and bvh for objects that are exact. speed: the one "
-      "with less work, as counted, whatever memory it takes; bytes: the smaller one. By default, "
+      "with less work, as counted, whatever memory it takes; bytes: bvh, the smaller one. By default, "
       "bvh below 10,000 triangles, else the one with less work that takes no more memory than "
       "Embree. --max-bytes is kept in any case");
   command
