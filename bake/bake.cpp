@@ -11,6 +11,7 @@ BakeResult bake(const mesh::Scene& scene, const BakeOptions& options, const Bake
                 const std::atomic<bool>& cancel, TrainingLog* log) {
   BakeOptions meant = options;
   meant.colors = options.colors && has_colors(scene);
+  if (meant.encoding != kAutomatic) meant.prefer.reset();
   TrainingLog none;
   BakeRun run{{scene, meant, callback, cancel, log ? *log : none}};
   prepare_objects(run);

@@ -44,6 +44,7 @@ BakeKey key_of(const mesh::Scene& scene, const BakeOptions& options, std::string
       options.source_triangles, options.colors, shown(options.max_bytes), shown(options.max_error),
       options.open_rays, shown(options.effort), options.evaluation_rays, options.scale,
       shown(options.resolution));
+  if (options.prefer) text += fmt::format(" prefer {}", name_of(*options.prefer));
   if (options.error_limit)
     text +=
         fmt::format(" error_limit {} {}", name_of(options.error_limit->mistake), options.error_limit->rate);

@@ -63,13 +63,14 @@ void Candidate::lay_out(size_t encoding, double scale, bool bounded) {
 }
 
 bool Candidate::lay_out_exact(uint64_t most) {
-  const bool is_small = report.triangles < kLeastForPlanes;
+  const BakeOptions& options = request_.options;
+  // Planes come on top of triangles, so where bytes count, colours alone are worth them.
+  const bool with_planes = options.colors || options.prefer == Preference::speed ||
+                           (!options.prefer && report.triangles >= kLeastForPlanes);
   for (size_t e = 0; e < forms_.size(); ++e) {
     const Encoder& encoder = *request_.encoders[e];
     const bool has_planes = encoder.has_scale(1);
-    if (!suits_[e] || encoder.kind() != AnswerKind::exact ||
-        (has_planes && is_small && !request_.options.colors))
-      continue;
+    if (!suits_[e] || encoder.kind() != AnswerKind::exact || (has_planes && !with_planes)) continue;
     lay_out(e, 1);
     while (forms_[e] && forms_[e]->cost.resident > most) {
       // Memory falls with the square of the scale, or a little faster.

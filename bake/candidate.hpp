@@ -36,8 +36,8 @@ class Candidate {
   /// Lays out its form in an encoding, in place of an earlier one; `scale` and `bounded` as for the encoder.
   void lay_out(size_t encoding, double scale, bool bounded = true);
   /// Lays out all exact forms that take at most `most` memory, coarser than their preset if needed, and
-  /// chooses the smallest. Planes are only for objects that are large enough for them. Returns false, and
-  /// chooses nothing, if none fits.
+  /// chooses the smallest. Planes are only for objects that are large enough for them, or of any size or
+  /// none if there is a preference. Returns false, and chooses nothing, if none fits.
   bool lay_out_exact(uint64_t most);
 
   void choose(size_t encoding);

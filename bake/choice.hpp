@@ -15,6 +15,13 @@ enum class AnswerKind {
   open      ///< never wrong, but some rays get no answer
 };
 
+/// What decides between the exact encodings of an object. Without a preference, "auto" takes the one with less
+/// work that takes no more memory than kEmbreeBytesPerTriangle, and planes only from kLeastForPlanes on.
+enum class Preference {
+  speed,  ///< the least counted work, whatever memory it takes
+  bytes   ///< the smallest: no planes
+};
+
 /// The cost of an encoding for an object.
 struct EncodingCost {
   uint64_t bytes = 0;     ///< in a file
@@ -25,8 +32,8 @@ struct EncodingCost {
 /// Objects with this many triangles are learned.
 inline constexpr uint64_t kMostExactTriangles = 200'000;
 
-/// With fewer triangles "auto" takes a BVH without planes: it fits in a processor's cache, such objects often
-/// are very many, and each gets few rays at a time.
+/// With fewer triangles "auto" takes a BVH without planes, unless it has a preference: it fits in a processor's
+/// cache, such objects often are very many, and each gets few rays at a time.
 inline constexpr uint64_t kLeastForPlanes = 10'000;
 
 /// The least that a compact BVH of Embree takes on the meshes of docs/results/exact.md, without the vertices

@@ -8,6 +8,11 @@
 
 namespace nif::bake {
 
+std::string_view why_without_planes(const BakeOptions& options) {
+  const bool without = options.prefer == Preference::bytes && !options.colors;
+  return without ? "; bytes are preferred, so it has no planes" : "";
+}
+
 void choose_least_work(BakeRun& run, Candidate& candidate, const RaySource& source) {
   run.show(BakeProgress::Stage::choosing, candidate, 0.5);
   std::vector<std::pair<double, size_t>> works;
@@ -20,11 +25,14 @@ void choose_least_work(BakeRun& run, Candidate& candidate, const RaySource& sour
   }
   const auto& [least, best] = works[0];
   const auto& [more, other] = works[1];
-  if (candidate.chosen() != best) return;
-  const bool automatic = run.options.encoding == kAutomatic;
+  const bool is_least = candidate.chosen() == best, prefers = run.options.prefer.has_value(),
+             automatic = run.options.encoding == kAutomatic;
+  if (!is_least && !prefers) return;
   if (!automatic && best == before) return;
-  const std::string why = fmt::format("less work as {} than as {}: {:.0f} and {:.0f} ns a ray, counted",
-                                      run.encoders[best]->noun(), run.encoders[other]->noun(), least, more);
+  std::string why = fmt::format("less work as {} than as {}: {:.0f} and {:.0f} ns a ray, counted",
+                                run.encoders[best]->noun(), run.encoders[other]->noun(), least, more);
+  if (!is_least) why += ", but the size limit leaves no room for it";
+  if (prefers) why = "speed is preferred; " + why;
   std::string& reason = candidate.report.reason;
   reason = automatic ? reason + "; " + why : why;
 }
@@ -37,7 +45,7 @@ bool make_exact(BakeRun& run, Candidate& candidate, const RaySource& source, con
     candidate.choose(learned);
     return false;
   }
-  candidate.report.reason = "exact: " + why;
+  candidate.report.reason = fmt::format("exact: {}{}", why, why_without_planes(run.options));
   if (candidate.exact_forms().size() > 1) choose_least_work(run, candidate, source);
   return true;
 }

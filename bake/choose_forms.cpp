@@ -41,12 +41,19 @@ Alternative alternative_for(const BakeRequest& request) {
   return other;
 }
 
-/// If no option decides: exact if the object has few triangles and takes no more memory than Embree would.
-bool lay_out_exact_if_small(Candidate& candidate, std::string_view otherwise) {
+/// If no option decides: exact if the object has few triangles and, unless speed is preferred, takes no more
+/// memory than Embree would.
+bool lay_out_exact_if_small(const BakeOptions& options, Candidate& candidate, std::string_view otherwise) {
   ObjectReport& report = candidate.report;
   if (report.triangles >= kMostExactTriangles) {
     report.reason = fmt::format("{}: it has {} triangles or more", otherwise, kMostExactTriangles);
     return false;
+  }
+  if (options.prefer == Preference::speed) {
+    if (!candidate.lay_out_exact(kNoBudget)) return false;
+    report.reason =
+        fmt::format("exact: it has fewer than {} triangles, and may take any memory", kMostExactTriangles);
+    return true;
   }
   // A few triangles have a tree of some hundred bytes, Embree's takes more.
   constexpr uint64_t kLeast = 4096;
@@ -64,7 +71,8 @@ bool lay_out_exact_if_small(Candidate& candidate, std::string_view otherwise) {
 
 bool lay_out_exact_if_preferred(const BakeOptions& options, Candidate& candidate,
                                 std::string_view otherwise) {
-  if (!options.max_bytes && options.max_error != 0.0) return lay_out_exact_if_small(candidate, otherwise);
+  if (!options.max_bytes && options.max_error != 0.0)
+    return lay_out_exact_if_small(options, candidate, otherwise);
   const bool is_exact = candidate.lay_out_exact(kNoBudget);
   if (is_exact)
     candidate.report.reason =
@@ -105,7 +113,10 @@ void choose_forms(BakeRun& run) {
     });
   const Alternative other = alternative_for(run);
   lay_out_each(run, [&](Candidate& candidate) {
-    if (lay_out_exact_if_preferred(run.options, candidate, other.word)) return;
+    if (lay_out_exact_if_preferred(run.options, candidate, other.word)) {
+      candidate.report.reason += why_without_planes(run.options);
+      return;
+    }
     candidate.choose(*other.encoding);
     candidate.lay_out(*other.encoding, 1);
   });

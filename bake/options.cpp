@@ -12,6 +12,9 @@ namespace {
 constexpr std::pair<Preset, std::string_view> kPresets[] = {
     {Preset::fast, "fast"}, {Preset::balanced, "balanced"}, {Preset::high, "high"}, {Preset::paper, "paper"}};
 
+constexpr std::pair<Preference, std::string_view> kPreferences[] = {{Preference::speed, "speed"},
+                                                                    {Preference::bytes, "bytes"}};
+
 struct EncodingChoice {
   std::string_view name, help;
   bool automatic, grids;
@@ -36,6 +39,18 @@ std::string_view name_of(Preset preset) {
 std::optional<Preset> preset_named(std::string_view name) {
   for (const auto& [preset, known] : kPresets)
     if (known == name) return preset;
+  return std::nullopt;
+}
+
+std::string_view name_of(Preference preference) {
+  for (const auto& [known, name] : kPreferences)
+    if (known == preference) return name;
+  return {};
+}
+
+std::optional<Preference> preference_named(std::string_view name) {
+  for (const auto& [preference, known] : kPreferences)
+    if (known == name) return preference;
   return std::nullopt;
 }
 

@@ -24,6 +24,9 @@ inline constexpr double kFullTriangles = 150'000;
 std::string_view name_of(Preset preset);
 std::optional<Preset> preset_named(std::string_view name);
 
+std::string_view name_of(Preference preference);
+std::optional<Preference> preference_named(std::string_view name);
+
 /// Takes the place of an encoding's name: whichever suits each object, see bake/choice.hpp.
 inline constexpr std::string_view kAutomatic = "auto";
 /// What BakeOptions::encoding may be: kAutomatic, and the name of each encoding.
@@ -50,6 +53,8 @@ struct BakeOptions : EncodingOptions {
   /// For the whole file: takes the finest grids that fit, up to the preset's, and exact objects if there is
   /// room.
   std::optional<uint64_t> max_bytes;
+  /// Which exact encoding objects get that are exact. No effect unless the encoding is kAutomatic.
+  std::optional<Preference> prefer;
   std::optional<double> max_error;  ///< for every stated ray set; 0: only exact objects
   bool open_rays = false;           ///< the caller has a BVH for open rays: "auto" proves instead of learning
   std::optional<Mix> mix;           ///< instead of the encoding's

@@ -135,6 +135,7 @@ std::string make_metadata(const mesh::Scene& scene, const BakeOptions& options,
   if (options.source_triangles) chosen["source_triangles"] = true;
   if (options.colors) chosen["colors"] = true;
   if (options.max_bytes) chosen["max_bytes"] = *options.max_bytes;
+  if (options.prefer) chosen["prefer"] = name_of(*options.prefer);
   if (options.max_error) chosen["max_error"] = *options.max_error;
   if (options.error_limit)
     chosen[fmt::format("max_{}", name_of(options.error_limit->mistake))] = options.error_limit->rate;

@@ -43,6 +43,9 @@ void encode_objects(BakeRun& run);
 
 // The parts of that step which are files of their own:
 
+/// The end of the reason of an exact object if bytes are preferred, which keeps it from having planes
+/// (choose_exact.cpp); else empty.
+std::string_view why_without_planes(const BakeOptions& options);
 /// Chooses, among the exact forms that fit, the one with the least counted work (choose_exact.cpp). There
 /// must be two at least.
 void choose_least_work(BakeRun& run, Candidate& candidate, const RaySource& source);

@@ -157,6 +157,7 @@ class MetadataCheck {
                                    {"source_triangles", Kind::flag, false},
                                    {"colors", Kind::flag, false},
                                    {"max_bytes", Kind::count, false},
+                                   {"prefer", Kind::text, false},
                                    {"max_error", Kind::share, false},
                                    {"max_leak", Kind::share, false},
                                    {"max_spurious", Kind::share, false}};

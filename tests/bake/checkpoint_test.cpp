@@ -295,6 +295,7 @@ TEST_F(RefusedCheckpoint, OfAnythingElse) {
   EXPECT_EQ(with([](bake::BakeOptions& o) { o.preset = bake::Preset::high; }), other);
   EXPECT_EQ(with([](bake::BakeOptions& o) { o.effort = 0.11; }), other);
   EXPECT_EQ(with([](bake::BakeOptions& o) { o.max_error = 0.1; }), other);
+  EXPECT_EQ(with([](bake::BakeOptions& o) { o.prefer = bake::Preference::speed; }), other);
   EXPECT_EQ(with([](bake::BakeOptions& o) { o.mix = bake::Mix{1, 0, 0, 0, 0}; }), other);
   EXPECT_EQ(with([](bake::BakeOptions& o) {
               o.error_limit = bake::ErrorLimit{bake::Mistake::leak, 0.1};

@@ -142,6 +142,90 @@ TEST(Encoding, IsChosenForEachObjectAndSaysWhy) {
   }
 }
 
+TEST(Encoding, FollowsThePreference) {
+  const mesh::Scene scene = scene_of({icosphere(4), icosphere(6)});
+  bake::BakeOptions options = quick(bake::kAutomatic);
+  options.evaluation_rays = 0;
+  const auto says = [](const bake::ObjectReport& object, std::string_view words) {
+    EXPECT_NE(object.reason.find(words), std::string::npos) << object.reason;
+  };
+  const auto metadata = [](const bake::BakeResult& result) {
+    return nlohmann::json::parse(result.asset.metadata);
+  };
+
+  const bake::BakeResult neither = bake_quietly(scene, options);
+  EXPECT_EQ(neither.objects[0].encoding, "bvh") << "it has few triangles";
+  EXPECT_EQ(neither.objects[1].encoding, "exact");
+  EXPECT_FALSE(metadata(neither)["options"].contains("prefer"));
+
+  options.prefer = bake::Preference::speed;
+  const bake::BakeResult fast = bake_quietly(scene_of({icosphere(4), soup(2000)}), options);
+  EXPECT_EQ(metadata(fast)["options"]["prefer"], "speed");
+  EXPECT_EQ(fast.objects[0].encoding, "exact") << "planes save work for a ball";
+  EXPECT_EQ(fast.objects[1].encoding, "bvh") << "but not for a soup";
+  for (const bake::ObjectReport& object : fast.objects) {
+    says(object,
+         "exact: it has fewer than 200000 triangles, and may take any memory; speed is preferred; less work "
+         "as");
+    const std::string_view other = object.encoding == "bvh" ? "exact" : "bvh";
+    EXPECT_LT(object.cost_of(object.encoding)->work, object.cost_of(other)->work);
+  }
+  says(fast.objects[0], "less work as planes in front of a BVH than as a BVH: ");
+  says(fast.objects[1], "less work as a BVH than as planes in front of a BVH: ");
+  EXPECT_GT(fast.objects[0].cost_of("exact")->resident,
+            bake::kEmbreeBytesPerTriangle * fast.objects[0].triangles)
+      << "memory does not matter";
+
+  options.prefer = bake::Preference::bytes;
+  const bake::BakeResult small = bake_quietly(scene, options);
+  EXPECT_EQ(metadata(small)["options"]["prefer"], "bytes");
+  for (const bake::ObjectReport& object : small.objects) {
+    EXPECT_EQ(object.encoding, "bvh");
+    says(object, "no more memory than a compact BVH of Embree");
+    says(object, "; bytes are preferred, so it has no planes");
+    EXPECT_TRUE(object.compared.empty()) << "planes are not even laid out";
+  }
+  EXPECT_LT(format::encode(small.asset).size(), format::encode(neither.asset).size());
+}
+
+TEST(Encoding, ThatIsNamedHasNoPreference) {
+  const mesh::Scene scene = scene_of({icosphere(4)});
+  for (const std::string_view encoding : {"exact", "bvh"}) {
+    bake::BakeOptions options = quick(encoding);
+    options.evaluation_rays = 0;
+    const std::vector<std::byte> without = format::encode(bake_quietly(scene, options).asset);
+    for (const bake::Preference preference : {bake::Preference::speed, bake::Preference::bytes}) {
+      options.prefer = preference;
+      EXPECT_TRUE(format::encode(bake_quietly(scene, options).asset) == without);
+    }
+  }
+}
+
+TEST(Encoding, KeepsToTheBytesGivenWhateverIsPreferred) {
+  const mesh::Scene scene = scene_of({icosphere(4)});
+  bake::BakeOptions options = quick(bake::kAutomatic);
+  options.evaluation_rays = 0;
+  options.prefer = bake::Preference::bytes;
+  const uint64_t least = format::encode(bake_quietly(scene, options).asset).size();
+  const auto reason_of = [&](bake::Preference preference, uint64_t most, std::string_view encoding) {
+    options.prefer = preference;
+    options.max_bytes = most;
+    const bake::BakeResult result = bake_quietly(scene, options);
+    EXPECT_LE(format::encode(result.asset).size(), most);
+    EXPECT_EQ(result.objects[0].encoding, encoding);
+    return result.objects[0].reason;
+  };
+  EXPECT_NE(
+      reason_of(bake::Preference::speed, 10'000'000, "exact").find("speed is preferred; less work as planes"),
+      std::string::npos);
+  EXPECT_NE(reason_of(bake::Preference::speed, least + 4'000, "bvh")
+                .find("but the size limit leaves no room for it"),
+            std::string::npos);
+  EXPECT_NE(
+      reason_of(bake::Preference::bytes, 10'000'000, "bvh").find("bytes are preferred, so it has no planes"),
+      std::string::npos);
+}
+
 TEST(Encoding, IsExactWhereNoAnswerMayBeWrong) {
   bake::BakeOptions options = quick(bake::kAutomatic);
   options.max_error = 0;
@@ -151,6 +235,9 @@ TEST(Encoding, IsExactWhereNoAnswerMayBeWrong) {
   for (const bake::ObjectReport& object : result.objects)
     EXPECT_NE(object.reason.find("exact: no answer may be wrong"), std::string::npos) << object.reason;
   EXPECT_TRUE(result.asset.mlps.empty());
+  options.prefer = bake::Preference::bytes;
+  for (const bake::ObjectReport& object : bake_quietly(scene_of({cube(), many()}), options).objects)
+    EXPECT_EQ(object.encoding, "bvh");
 }
 
 TEST(Encoding, IsProofWhereRaysMayStayOpen) {

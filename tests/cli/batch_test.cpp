@@ -343,6 +343,7 @@ TEST_F(Batch, RefusesManifestsThatContradictThemselves) {
   refused(manifest("[[asset]]\nmesh = \"*.obj\"\nexclude = \"*\"\n"), "leaves nothing to bake");
   refused(manifest(""), "is missing: add an [[asset]]");
   refused(manifest(all + "preset = \"best\"\n"), "--preset");
+  refused(manifest(all + "prefer = \"bytes\"\nencoding = \"exact\"\n"), "--prefer needs --encoding auto");
   refused(manifest(all + "seed = \"x\"\n"), "seed");
   refused(manifest(all + "shared-network = 3\n"), "--shared-network must be true or false");
   refused(manifest(all + "resolution = [1]\n"), "'resolution' must be a string, a number, true or false");

@@ -7,7 +7,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <tuple>
 
 #include "formats/base/status.hpp"
 #include "tests/cli/mesh_text.hpp"
@@ -532,6 +534,31 @@ TEST_F(Bake, ChoosesTheEncodingAndSaysWhy) {
   EXPECT_NE(summary.out.find("is exact: " + object["reason"].get<std::string>()), std::string::npos)
       << summary.out;
   EXPECT_TRUE(read_bytes(path("ring.nif")) == as_json) << "-j 1 and all threads differ";
+}
+
+TEST_F(Bake, PrefersSpeedOrBytes) {
+  std::map<std::string, std::string> files;
+  for (const auto& [preference, encoding, why] :
+       {std::tuple{"speed", "exact", "speed is preferred; less work"},
+        {"bytes", "bvh", "bytes are preferred, so it has no planes"}}) {
+    const Outcome outcome =
+        nif({"bake", ball_, "-o", path("ball.nif"), "--rays", "0", "--prefer", preference});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_NE(outcome.out.find(why), std::string::npos) << outcome.out;
+    const json info = json::parse(nif({"info", path("ball.nif"), "--json"}).out);
+    EXPECT_EQ(info["objects"][0]["encoding"], encoding);
+    EXPECT_EQ(info["metadata"]["options"]["prefer"], preference);
+    EXPECT_EQ(nif({"validate", path("ball.nif"), "--strict"}).code, 0);
+    files[preference] = read_bytes(path("ball.nif"));
+  }
+  EXPECT_LT(files["bytes"].size(), files["speed"].size());
+  const std::string manifest = folder_
+                                   .write("library.toml",
+                                          "[defaults]\nprefer = \"speed\"\nrays = 0\n[[asset]]\nmesh = "
+                                          "\"*.obj\"\noutput = \"ball.nif\"\n")
+                                   .string();
+  ASSERT_EQ(nif({"bake", "--manifest", manifest, "--quiet", "--force"}).code, 0);
+  EXPECT_TRUE(read_bytes(path("ball.nif")) == files["speed"]);
 }
 
 TEST_F(Bake, MaxBytesAlsoLimitsBvhs) {

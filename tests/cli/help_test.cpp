@@ -48,9 +48,9 @@ TEST(Help, NamesTheSubcommandsAndTheirOptions) {
                     generate = nif({"mesh", "generate", "--help"}).out;
   for (const char* word : {"attach", "bake", "bench", "devices", "eval", "info", "mesh", "query", "render"})
     EXPECT_NE(all.find(word), std::string::npos) << word;
-  for (const char* word : {"--output", "--preset", "--encoding", "--max-bytes", "--max-error", "--max-leak",
-                           "--max-spurious", "--uncoded", "--mix", "--outer-resolution", "--precision",
-                           "--shared-network", "--seed", "--json", "--quiet"})
+  for (const char* word : {"--output", "--preset", "--encoding", "--prefer", "--max-bytes", "--max-error",
+                           "--max-leak", "--max-spurious", "--uncoded", "--mix", "--outer-resolution",
+                           "--precision", "--shared-network", "--seed", "--json", "--quiet"})
     EXPECT_NE(bake.find(word), std::string::npos) << word;
   for (const char* word : {"--mesh", "--set", "--rays", "--seed", "--threads", "--rounds", "--isa", "--plot",
                            "--least-memory", "--device", "--asset", "--moved"})

@@ -456,6 +456,7 @@ void add_bake(Command app) {
       "Examples:\n"
       "  nif bake dragon.ply.gz -o dragon.nif --max-bytes 200kB\n"
       "  nif bake crate.glb -o crate.nif --encoding exact\n"
+      "  nif bake crate.glb -o crate.nif --prefer speed\n"
       "  nif bake statue.ply -o statue.nif --report statue.html\n"
       "  nif bake guard.glb -o guard.nif --max-spurious 0.05%\n"
       "  nif bake scene.glb -o scene.nif --merge-except 'door*'\n"

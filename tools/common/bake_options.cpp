@@ -163,6 +163,16 @@ bake::BakeOptions resolve_options(const BakeArguments& arguments) {
   if (arguments.open_rays && kind)
     throw Error(Status::usage,
                 fmt::format("--open-rays needs --encoding auto, but the encoding is {}", encoding_name));
+  if (!arguments.prefer.empty()) {
+    options.prefer = bake::preference_named(arguments.prefer);
+    if (!options.prefer)
+      throw Error(Status::usage, fmt::format("--prefer '{}' is not one of speed, bytes", arguments.prefer));
+    if (kind)
+      throw Error(Status::usage,
+                  fmt::format("--prefer needs --encoding auto, but the encoding is {}: there is "
+                              "nothing to choose",
+                              encoding_name));
+  }
   if (arguments.source_triangles && kind && kind != bake::AnswerKind::exact)
     throw Error(
         Status::usage,
@@ -227,6 +237,12 @@ void add_bake_options(Command command, BakeArguments& arguments) {
                   "fast, balanced or high: finer grids and longer training. paper: spherical, as published")
       .default_str("balanced");
   command.add_option("--encoding", arguments.encoding, bake::encoding_help()).default_str("auto");
+  command.add_option(
+      "--prefer", arguments.prefer,
+      "With auto, what decides between exact and bvh for objects that are exact. speed: the one "
+      "with less work, as counted, whatever memory it takes; bytes: bvh, the smaller one. By default, "
+      "bvh below 10,000 triangles, else the one with less work that takes no more memory than "
+      "Embree. --max-bytes is kept in any case");
   command
       .add_option("--resolution", arguments.resolution,
                   "Finest cells along the longest side, whatever memory they take. By default, as many as "

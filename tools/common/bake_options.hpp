@@ -17,6 +17,7 @@ namespace nif::tools {
 struct BakeArguments {
   std::optional<std::string> preset;
   std::optional<std::string> encoding;
+  std::string prefer;
   std::optional<uint32_t> resolution;
   std::string max_bytes, max_error, max_leak, max_spurious, mix;
   uint64_t seed = 1;

@@ -3,9 +3,10 @@
 //
 //   ray_counts ASSET MESH RAYS
 //
-// ASSET has one object, `segment` or `bvh`, baked from MESH. Prints a tab-separated line for each ray set of
-// nif bench: the set, the first and the second count per ray (cells and rays that query the network, or nodes
-// and 0), and the nanoseconds that the baker estimates from them. The rays are those of nif bench.
+// ASSET has one object, `segment`, `exact` or `bvh`, baked from MESH. Prints a tab-separated line for each ray
+// set of nif bench: the set, the first and the second count per ray (cells and rays that query the network, cells
+// and nodes, or nodes and 0), and the nanoseconds that the baker estimates from them. The rays are those of nif
+// bench.
 #include <fmt/format.h>
 
 #include <cstdlib>
@@ -38,13 +39,15 @@ void run(const std::string& path, const std::string& mesh, uint64_t count) {
   for (const bake::RaySet set : bake::kRaySets) {
     const auto rays = bake::draw_ray_set(truth.source(), set, count, 2).segments;
     if (rays.empty()) continue;
-    if (view.objects.front().network) {
-      const bake::SegmentCounts counts =
-          bake::count_work(view.objects.front().as<kernels::SegmentField>(), rays);
+    const format::ObjectView& object = view.objects.front();
+    if (object.is<kernels::SegmentField>()) {
+      const bake::SegmentCounts counts = bake::count_work(object.as<kernels::SegmentField>(), rays);
       print(set, rays.size(), counts.cubes, counts.open, counts.nanoseconds());
+    } else if (object.is<kernels::ExactField>()) {
+      const bake::ExactCounts counts = bake::count_work(object.as<kernels::ExactField>(), rays);
+      print(set, rays.size(), counts.traversal.cubes, counts.triangles.nodes, counts.nanoseconds());
     } else {
-      const bake::BvhCounts counts =
-          bake::count_work(view.objects.front().as<kernels::TrianglesField>(), rays);
+      const bake::BvhCounts counts = bake::count_work(object.as<kernels::TrianglesField>(), rays);
       print(set, rays.size(), counts.nodes, 0, counts.nanoseconds());
     }
   }

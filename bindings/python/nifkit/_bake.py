@@ -47,8 +47,8 @@ def bake(
             False, the bake is cancelled: it raises CANCELLED, and no file is left, but of a bake that trained for more
             than 30 seconds `PATH.checkpoint`, from which `resume=True` goes on. What it raises, bake() raises.
         device: of the asset that is returned, as in `load()`.
-        options: those of `nif bake`, with underscores: `preset="fast"`, `encoding="exact"`, `max_error=0.005`,
-            `max_bytes="100kB"`, `rays=0` (measure no errors), `threads=1`, `seed=1`, `source_triangles=True`, ...
+        options: those of `nif bake`, with underscores: `preset="fast"`, `encoding="exact"`, `prefer="speed"`,
+            `max_error=0.005`, `max_bytes="100kB"`, `rays=0` (measure no errors), `threads=1`, `seed=1`, ...
             docs/command-line.md lists them, and so does `python -m nifkit bake --help`.
 
     Returns:

@@ -142,6 +142,7 @@ def test_refusals(tmp_path):
         ((CORNERS, SIDES * 0), {}, 19, "mesh.ply: "),
         ((CORNERS, SIDES), {"preset": "slow"}, 2, "--preset"),
         ((CORNERS, SIDES), {"what_is_this": 3}, 2, "--what-is-this"),
+        ((CORNERS, SIDES), {"encoding": "exact", "prefer": "speed"}, 2, "--prefer"),
         ((CORNERS, SIDES), {"encoding": "bvh", "max_bytes": 10}, 50, "--max-bytes"),
     ):
         if code is None:
