@@ -149,10 +149,14 @@ class AnyTriangle {
   AnswerBatch& answers() const { return answers_; }
   HWY_INLINE void begin(Flight<AnyTriangle>&) const {}
   /// Rays that meet a large triangle are finished.
-  HWY_INLINE FirstLook look_at_large(const SeenRays& rays, hn::Vec<Floats>&, LargeHits&) const {
+  HWY_NOINLINE FirstLook look_at_large(const SeenRays& rays, const BoxRays& boxes, LargeHits&) const {
     const LargeOrder order(rays.axis);
     uint32_t blocked = 0;
     for (uint32_t i = 0; i < tree_.decoded.large.size() && blocked != rays.asked; ++i) {
+      if (i % kBvhLeafTriangles == 0 && !any_meets_box(tree_.decoded, i, rays, boxes)) {
+        i += kBvhLeafTriangles - 1;
+        continue;
+      }
       LargeDepths depths;
       const LargeTest test = test_large(tree_.decoded.large[i], rays, order, depths);
       blocked |= bits_of(test.met) & rays.asked;
@@ -212,7 +216,7 @@ class FirstTriangle {
   AnswerBatch& answers() const { return answers_; }
   HWY_INLINE void begin(Flight<FirstTriangle>& flight) const { flight.state.clear(); }
   /// Rays need not go farther than the first large triangle that they surely meet.
-  HWY_INLINE FirstLook look_at_large(const SeenRays& rays, hn::Vec<Floats>& leave, LargeHits& hits) const {
+  HWY_NOINLINE FirstLook look_at_large(const SeenRays& rays, BoxRays& boxes, LargeHits& hits) const {
     const Floats d;
     const Ints di;
     const LargeOrder order(rays.axis);
@@ -220,6 +224,11 @@ class FirstTriangle {
     const auto never = hn::Set(d, std::numeric_limits<float>::infinity());
     auto bound = hn::Set(d, kNoHit);
     for (uint32_t i = 0; i < count; ++i) {
+      if (i % kBvhLeafTriangles == 0 && !any_meets_box(tree_.decoded, i, rays, boxes)) {
+        for (uint32_t k = 0; k < kBvhLeafTriangles; ++k) hn::Store(never, d, hits.low[i + k]);
+        i += kBvhLeafTriangles - 1;
+        continue;
+      }
       LargeDepths depths;
       const LargeTest test = test_large(tree_.decoded.large[i], rays, order, depths);
       bound = hn::IfThenElse(test.met, hn::Min(depths.high, bound), bound);
@@ -227,7 +236,7 @@ class FirstTriangle {
     }
     hn::Store(bound, d, hits.bound);
     // Nor beyond `leave`.
-    const auto reach = hn::MulAdd(leave, rays.steepest, hn::Mul(rays.padding, hn::Set(d, 4.0f)));
+    const auto reach = hn::MulAdd(boxes.leave, rays.steepest, hn::Mul(rays.padding, hn::Set(d, 4.0f)));
     const auto last = hn::Min(bound, reach);
     auto open = hn::Zero(di);
     for (uint32_t i = 0; i < count; ++i) {
@@ -238,7 +247,7 @@ class FirstTriangle {
     // As shorten().
     const auto t = hn::Div(bound, rays.steepest);
     const auto above = hn::Max(hn::Mul(t, hn::Set(d, 1 + 0x1p-21f)), hn::Mul(t, hn::Set(d, 1 - 0x1p-21f)));
-    leave = hn::Min(hn::Add(above, hn::Set(d, std::numeric_limits<float>::min())), leave);
+    boxes.leave = hn::Min(hn::Add(above, hn::Set(d, std::numeric_limits<float>::min())), boxes.leave);
     return {.started = bits_of(hn::RebindMask(d, hn::Ne(open, hn::Zero(di))))};
   }
   /// A ray of that vector that meets nothing else.
@@ -399,15 +408,21 @@ class Traversal {
     done |= uint32_t(next) >> 31 << at;
   }
 
+  /// Looks at the large triangles first.
+  struct LargeFirst {
+    const Traversal& traversal;
+    HWY_INLINE bool has_any() const { return !traversal.tree_.decoded.large.empty(); }
+    HWY_INLINE FirstLook operator()(const SeenRays& rays, BoxRays& boxes) const {
+      return traversal.goal_.look_at_large(rays, boxes, traversal.large_);
+    }
+  };
+
   /// Returns false if no ray is left.
   HWY_INLINE bool make_some_ready() {
     for (; ready_.traversed == 0; taken_ += kLanes) {
       if (taken_ >= batch_.count) return false;
       make_ready<DecodedNode>(tree_, batch_, enter_, leave_, taken_, goal_.answers(), ready_,
-                              [this](const SeenRays& rays, hn::Vec<Floats>& leave) HWY_ATTR {
-                                return tree_.decoded.large.empty() ? FirstLook()
-                                                                   : goal_.look_at_large(rays, leave, large_);
-                              });
+                              LargeFirst{*this});
     }
     return true;
   }

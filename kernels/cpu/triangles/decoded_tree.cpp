@@ -343,7 +343,9 @@ class Decoder {
     leaves_.shrink_to_fit();
     large_.shrink_to_fit();
     const float reach = farthest();
-    return {std::move(nodes_), std::move(leaves_), std::move(large_), reach};
+    DecodedTree tree{std::move(nodes_), std::move(leaves_), std::move(large_), {}, reach};
+    std::copy(std::begin(large_boxes_), std::end(large_boxes_), tree.large_boxes);
+    return tree;
   }
 
  private:
@@ -370,6 +372,16 @@ class Decoder {
         item.first_vertex[i] = tree_.large()[first + i].first_vertex;
       }
       const DecodedLeaf& leaf = leaves_.emplace_back(leaf_of(tree_.field(), item));
+      LargeBox& box = large_boxes_[first / kBvhLeafTriangles];
+      for (uint32_t a = 0; a < 3; ++a) {
+        box.low[a] = kInfinity;
+        box.high[a] = -kInfinity;
+        for (const auto& corner : leaf.corners)
+          for (const float at : corner[a]) {
+            box.low[a] = std::min(box.low[a], at);
+            box.high[a] = std::max(box.high[a], at);
+          }
+      }
       for (uint32_t i = 0; i < item.count; ++i) large_.push_back(large_triangle(leaf, i));
     }
   }
@@ -415,6 +427,7 @@ class Decoder {
   std::pmr::vector<DecodedNode> nodes_;
   std::pmr::vector<DecodedLeaf> leaves_;
   std::pmr::vector<LargeTriangle> large_;
+  LargeBox large_boxes_[kMostLarge / kBvhLeafTriangles] = {};
 };
 
 }  // namespace

@@ -59,11 +59,17 @@ struct alignas(16) LargeTriangle {
   float steepness;  ///< rays whose slope is at most this times their padding squared must not use the plane
 };
 
+/// A box around kBvhLeafTriangles large triangles that follow each other, or around the last ones.
+struct LargeBox {
+  float low[3], high[3];
+};
+
 struct DecodedTree {
   std::pmr::vector<DecodedNode> nodes;  ///< the first is the root; empty if the object is not decoded
   /// The large triangles are in the first ones, in their order; no node leads to these leaves.
   std::pmr::vector<DecodedLeaf> leaves;
   std::pmr::vector<LargeTriangle> large;
+  LargeBox large_boxes[kMostLarge / kBvhLeafTriangles];
   /// No corner of a triangle and no plane of a box lies farther than this from the origin along any axis.
   float reach = 0;
 

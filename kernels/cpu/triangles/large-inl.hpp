@@ -53,6 +53,13 @@ class LargeOrder {
   hn::Vec<Ints> order_[3];
 };
 
+/// Whether any ray may meet one of the large triangles from `first` on, a multiple of kBvhLeafTriangles.
+HWY_INLINE bool any_meets_box(const DecodedTree& tree, uint32_t first, const SeenRays& rays,
+                              const BoxRays& boxes) {
+  const LargeBox& box = tree.large_boxes[first / kBvhLeafTriangles];
+  return (bits_of(boxes.meet(box.low, box.high)) & rays.asked) != 0;
+}
+
 /// Tests a triangle: first where rays pass its plane, then on which sides of its edges.
 HWY_INLINE LargeTest test_large(const LargeTriangle& triangle, const SeenRays& rays, const LargeOrder& order,
                                 LargeDepths& depths) {

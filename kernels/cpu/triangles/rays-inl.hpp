@@ -68,6 +68,26 @@ struct ReadyRays {
   }
 };
 
+/// The rays of a vector as boxes see them. As in ReadyRay.
+struct BoxRays {
+  hn::Vec<Floats> inverse[3], near[3], far[3];
+  hn::Mask<Floats> backwards[3];
+  hn::Vec<Floats> enter, leave;
+
+  /// Those that may meet something in a box.
+  HWY_INLINE hn::Mask<Floats> meet(const float (&low)[3], const float (&high)[3]) const {
+    const Floats d;
+    auto first_in = enter, last_out = leave;
+    for (uint32_t a = 0; a < 3; ++a) {
+      const auto from = hn::Set(d, low[a]), to = hn::Set(d, high[a]);
+      const auto in = hn::IfThenElse(backwards[a], to, from), out = hn::IfThenElse(backwards[a], from, to);
+      first_in = hn::Max(hn::MulAdd(in, inverse[a], near[a]), first_in);
+      last_out = hn::Min(hn::MulAdd(out, inverse[a], far[a]), last_out);
+    }
+    return hn::Le(first_in, last_out);
+  }
+};
+
 /// The rays of a vector as triangles see them.
 struct SeenRays {
   uint32_t first;             ///< of the batch
@@ -87,7 +107,8 @@ struct FirstLook {
   uint32_t started = 0;   ///< rays that have met something and must be traversed, whatever the root says
 };
 struct NothingFirst {
-  HWY_INLINE FirstLook operator()(const SeenRays&, hn::Vec<Floats>&) const { return {}; }
+  HWY_INLINE bool has_any() const { return false; }
+  HWY_INLINE FirstLook operator()(const SeenRays&, BoxRays&) const { return {}; }
 };
 
 /// The rays of a vector, with those from far away moved to the object. The others do not change.
@@ -125,7 +146,7 @@ HWY_INLINE bool any_far(const TrianglesField& field, const SegmentBatch& batch) 
 
 /// Prepares the batch's rays from `first` on, and answers them as if they met nothing. Boxes count from
 /// `enter` to `leave`, where t counts from start_of() the ray; triangles from the ray's tmin to tmax.
-/// Look: look(rays, leave) looks at triangles outside the tree, and may lower `leave`, in the units of boxes.
+/// Look: look(rays, boxes) looks at triangles outside the tree, if it has_any(), and may lower `boxes.leave`.
 template <class Node, class Look>
 HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const float* from, const float* to,
                            uint32_t first, AnswerBatch& answers, ReadyRays& ready, const Look& look) {
@@ -182,18 +203,17 @@ HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const
   steepest = hn::Mul(steepest, scale_down);
   const auto padding = hn::Mul(reach, hn::Set(d, kBvhPadding));
   const auto flattest = hn::Mul(steepest, hn::Set(d, kBvhFlattest));
-  hn::Vec<Floats> inverse[3], near[3], far[3];
-  hn::Mask<Floats> backwards[3];
+  BoxRays boxes;
   hn::Vec<Floats> entry[3], exit[3];
   auto signs = hn::Zero(di);
   for (uint32_t a = 0; a < 3; ++a) {
     direction[a] = hn::Mul(direction[a], scale_down);
-    const auto negative = backwards[a] = hn::Lt(direction[a], zero);
+    const auto negative = boxes.backwards[a] = hn::Lt(direction[a], zero);
     const auto size = hn::Div(one, hn::Max(hn::Abs(direction[a]), flattest));
-    inverse[a] = hn::IfThenElse(negative, hn::Neg(size), size);
+    const auto inverse = boxes.inverse[a] = hn::IfThenElse(negative, hn::Neg(size), size);
     const auto outward = hn::IfThenElse(negative, hn::Neg(padding), padding);
-    near[a] = hn::Neg(hn::Mul(hn::Add(origin[a], outward), inverse[a]));
-    far[a] = hn::Neg(hn::Mul(hn::Sub(origin[a], outward), inverse[a]));
+    boxes.near[a] = hn::Neg(hn::Mul(hn::Add(origin[a], outward), inverse));
+    boxes.far[a] = hn::Neg(hn::Mul(hn::Sub(origin[a], outward), inverse));
     const auto low = floats(hn::Set(di, int32_t(offsetof(Node, low) + a * sizeof(Node::low[a]))));
     const auto high = floats(hn::Set(di, int32_t(offsetof(Node, high) + a * sizeof(Node::high[a]))));
     signs = hn::Or(signs, hn::IfThenElseZero(hn::RebindMask(di, negative), hn::Set(di, 1 << a)));
@@ -204,8 +224,8 @@ HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const
   const auto clamp = [&](hn::Vec<Floats> t) HWY_ATTR {
     return hn::Min(hn::Max(hn::Mul(t, scale_up), hn::Neg(farthest)), farthest);
   };
-  const auto enter = clamp(hn::LoadU(d, from + first));
-  auto leave = clamp(hn::LoadU(d, to + first));
+  boxes.enter = clamp(hn::LoadU(d, from + first));
+  boxes.leave = clamp(hn::LoadU(d, to + first));
 
   // prepare_ray() chooses the axes of triangles the same way.
   const auto second = hn::Gt(hn::Abs(direction[1]), hn::Abs(direction[0]));
@@ -228,30 +248,29 @@ HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const
   const auto end = hn::IfThenElse(backward, hn::Neg(low), high);
 
   const uint32_t asked = bits_of(askable) & present;
-  const SeenRays seen{first,
-                      asked,
-                      axis,
-                      {choose(origin, 1), choose(origin, 2), choose(origin, 0)},
-                      {shear_x, shear_y},
-                      {error, least_error},
-                      padding,
-                      low,
-                      high,
-                      steepest,
-                      backward};
-  const FirstLook looked = look(seen, leave);
+  const hn::Vec<Floats> in_order[3] = {choose(origin, 1), choose(origin, 2), choose(origin, 0)};
+  FirstLook looked;
+  if (HWY_UNLIKELY(look.has_any())) {
+    const SeenRays seen{first,
+                        asked,
+                        axis,
+                        {in_order[0], in_order[1], in_order[2]},
+                        {shear_x, shear_y},
+                        {error, least_error},
+                        padding,
+                        low,
+                        high,
+                        steepest,
+                        backward};
+    BoxRays copy = boxes;  // so that the others stay in registers
+    looked = look(seen, copy);
+    boxes.leave = copy.leave;
+  }
 
   // The boxes of the root, for all rays at once: many rays need no more.
   auto met = hn::Zero(di);
   for (uint32_t used = tree.inner | tree.leaves, s = 0; used >> s != 0; ++s) {
-    auto first_in = enter, last_out = leave;
-    for (uint32_t a = 0; a < 3; ++a) {
-      const auto low = hn::Set(d, tree.low[s][a]), high = hn::Set(d, tree.high[s][a]);
-      const auto in = hn::IfThenElse(backwards[a], high, low), out = hn::IfThenElse(backwards[a], low, high);
-      first_in = hn::Max(hn::MulAdd(in, inverse[a], near[a]), first_in);
-      last_out = hn::Min(hn::MulAdd(out, inverse[a], far[a]), last_out);
-    }
-    const auto meets = hn::RebindMask(di, hn::Le(first_in, last_out));
+    const auto meets = hn::RebindMask(di, boxes.meet(tree.low[s], tree.high[s]));
     met = hn::Or(met, hn::IfThenElseZero(meets, hn::Set(di, int32_t(1u << s))));
   }
   hn::Store(met, di, ready.met);
@@ -262,12 +281,12 @@ HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const
   const auto store =
       [&](uint32_t group, hn::Vec<Floats> x, hn::Vec<Floats> y, hn::Vec<Floats> z, hn::Vec<Floats> w)
           HWY_ATTR { hn::StoreInterleaved4(x, y, z, w, d, ready.groups[group][0]); };
-  store(0, inverse[0], inverse[1], inverse[2], zero);
-  store(1, near[0], near[1], near[2], zero);
-  store(2, far[0], far[1], far[2], zero);
-  store(3, seen.origin[0], seen.origin[1], seen.origin[2], padding);
+  store(0, boxes.inverse[0], boxes.inverse[1], boxes.inverse[2], zero);
+  store(1, boxes.near[0], boxes.near[1], boxes.near[2], zero);
+  store(2, boxes.far[0], boxes.far[1], boxes.far[2], zero);
+  store(3, in_order[0], in_order[1], in_order[2], padding);
   store(4, shear_x, shear_y, error, least_error);
-  store(5, enter, leave, begin, end);
+  store(5, boxes.enter, boxes.leave, begin, end);
   store(6, entry[0], entry[1], entry[2], floats(signs));
   store(7, exit[0], exit[1], exit[2], floats(axis));
 }
