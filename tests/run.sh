@@ -4,7 +4,7 @@
 #   tests/run.sh               what guards every change: builds with warnings as errors, checks the style, and runs all tests
 #                              but the long ones
 #   tests/run.sh --all         everything, as continuous integration does: also long tests, real meshes, all that reads files under
-#                              the sanitizers, every fuzzer, code for GPUs of each kind, the runtime alone, each header by itself,
+#                              the sanitizers, every fuzzer, code for GPUs of each maker, the runtime alone, each header by itself,
 #                              and bindings whose hosts are installed
 #   tests/run.sh --nightly [HOURS]   each source by itself; NEON's kernels, emulated; the runtime's threads under the sanitizer, for
 #                              an hour, and its kernels; slow tests, the baker, the tools, the renderer and CGAL under the
@@ -112,14 +112,22 @@ fi
 configure() {
   cmake --preset "$1" -DNIF_WERROR=ON -DNIF_BUILD_TESTS=ON -DNIF_UNITY=ON "${launcher[@]}" "${@:2}" >/dev/null
 }
-# Code for one GPU shows what is wrong with the kernels most of the time; for one of each kind, nearly always: gfx942 and
-# sm_90, which take long, are like gfx90a and sm_80.
+# Code for one GPU shows what is wrong with the kernels most of the time; for one of each maker, nearly always. What only the
+# others' compilers can say, about registers and instructions, --nightly asks.
 configure_release() {
   if [[ $size == all ]]; then
-    configure release -DNIF_LONG_TESTS=ON '-DNIF_GPU_TARGETS=gfx1030;gfx1100;gfx90a;sm_80'
+    configure release -DNIF_LONG_TESTS=ON '-DNIF_GPU_TARGETS=gfx90a;sm_80'
   else
     configure release -DNIF_LONG_TESTS=OFF '-DNIF_GPU_TARGETS=gfx90a'
   fi
+}
+
+# Whether the kernels are valid source for the other GPUs, whose code takes minutes.
+check_other_gpus() {
+  local target
+  for target in gfx1030 gfx1100 gfx942; do
+    ! kernels/gpu/compile.sh --compiler "$target" >/dev/null || kernels/gpu/compile.sh --check "$target" || return
+  done
 }
 
 check_style() {
@@ -255,6 +263,7 @@ once=()
 step 'test release' run_tests build/release "${once[@]}" || true
 [[ $size == all ]] || exit 0
 step 'check headers' tests/headers.sh || true
+step 'check kernels for other GPUs' check_other_gpus || true
 step 'build the runtime alone' build_runtime || true
 asan_tests format golden kernels mesh runtime validate || true
 tsan_tests || true
