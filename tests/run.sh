@@ -202,12 +202,13 @@ host_test() {
 }
 saying_to() { "${@:2}" 2>&1 | tee "$1"; }
 
-# many_segments: proofs, exact objects and first hits on real meshes, and proofs on generated ones.
+# many_segments: proofs, exact objects and first hits on real meshes, proofs on generated ones, and GPU kernels on each ray set.
 many_segments() (
   export NIF_TEST_LARGEST=1 NIF_TEST_SEGMENTS=10000000
   build/release/bin/truth_test --gtest_filter='*OnRealMeshes.*:*OfRealMeshes.*:*.IsNeverWrongOnMillions/*' \
     && build/release/bin/exact_object_test --gtest_filter='*OnRealMeshes.*' \
-    && build/release/bin/cli_test --gtest_filter='RealMeshes.*'
+    && build/release/bin/cli_test --gtest_filter='RealMeshes.*' \
+    && NIF_TEST_SEGMENTS=1000000 build/release/bin/gpu_sets_test
 )
 
 needed=(build check gpu)
@@ -230,7 +231,7 @@ if [[ $size == nightly ]]; then
     step 'no memory at every 1,000th allocation' env NIF_EVERY_ALLOCATION=1000 \
       build/release/bin/faults_test '--gtest_filter=NoMemory.*' || true
   fi
-  if step 'build tests of proofs' build_part release 'truth_test exact_object_test cli_test'; then
+  if step 'build tests of proofs' build_part release 'truth_test exact_object_test cli_test gpu_sets_test' -DNIF_LONG_TESTS=ON; then
     step '10^7 segments of each mesh' many_segments || true
   fi
   if step 'build code for every GPU' build_part release 'gpu_test gpu_proof' -UNIF_GPU_TARGETS; then
