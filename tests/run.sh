@@ -4,7 +4,7 @@
 #   tests/run.sh               what guards every change: builds with warnings as errors, checks the style, and runs all tests
 #                              but the long ones
 #   tests/run.sh --all         everything, as continuous integration does: also long tests, real meshes, all that reads files under
-#                              the sanitizers, every fuzzer, code for GPUs of each kind, the runtime alone, each header by itself,
+#                              the sanitizers, every fuzzer, code for GPUs of each maker, the runtime alone, each header by itself,
 #                              and bindings whose hosts are installed
 #   tests/run.sh --nightly [HOURS]   each source by itself; NEON's kernels, emulated; the runtime's threads under the sanitizer, for
 #                              an hour, and its kernels; slow tests, the baker, the tools, the renderer and CGAL under the
@@ -112,14 +112,22 @@ fi
 configure() {
   cmake --preset "$1" -DNIF_WERROR=ON -DNIF_BUILD_TESTS=ON -DNIF_UNITY=ON "${launcher[@]}" "${@:2}" >/dev/null
 }
-# Code for one GPU shows what is wrong with the kernels most of the time; for one of each kind, nearly always: gfx942 and
-# sm_90, which take long, are like gfx90a and sm_80.
+# Code for one GPU shows what is wrong with the kernels most of the time; for one of each maker, nearly always. What only the
+# others' compilers can say, about registers and instructions, --nightly asks.
 configure_release() {
   if [[ $size == all ]]; then
-    configure release -DNIF_LONG_TESTS=ON '-DNIF_GPU_TARGETS=gfx1030;gfx1100;gfx90a;sm_80'
+    configure release -DNIF_LONG_TESTS=ON '-DNIF_GPU_TARGETS=gfx90a;sm_80'
   else
     configure release -DNIF_LONG_TESTS=OFF '-DNIF_GPU_TARGETS=gfx90a'
   fi
+}
+
+# Whether the kernels are valid source for the other GPUs, whose code takes minutes.
+check_other_gpus() {
+  local target
+  for target in gfx1030 gfx1100 gfx942; do
+    ! kernels/gpu/compile.sh --compiler "$target" >/dev/null || kernels/gpu/compile.sh --check "$target" || return
+  done
 }
 
 check_style() {
@@ -128,8 +136,10 @@ check_style() {
 }
 
 # The runtime needs a compiler and nothing else: its own folder is all that CMake is shown. Its GPU module has been built.
+# Each source is compiled by itself, with assertions; nobody runs it, so it is not optimised.
 build_runtime() {
-  cmake -S runtime -B build/runtime -G Ninja -DNIF_WERROR=ON -DNIF_WITH_GPU=OFF "${launcher[@]}" >/dev/null \
+  cmake -S runtime -B build/runtime -G Ninja -DNIF_WERROR=ON -DNIF_WITH_GPU=OFF -DCMAKE_CXX_FLAGS_RELEASE= \
+    "${launcher[@]}" >/dev/null \
     && cmake --build build/runtime --parallel "$jobs"
 }
 
@@ -192,12 +202,13 @@ host_test() {
 }
 saying_to() { "${@:2}" 2>&1 | tee "$1"; }
 
-# many_segments: proofs, exact objects and first hits on real meshes, and proofs on generated ones.
+# many_segments: proofs, exact objects and first hits on real meshes, proofs on generated ones, and GPU kernels on each ray set.
 many_segments() (
   export NIF_TEST_LARGEST=1 NIF_TEST_SEGMENTS=10000000
   build/release/bin/truth_test --gtest_filter='*OnRealMeshes.*:*OfRealMeshes.*:*.IsNeverWrongOnMillions/*' \
     && build/release/bin/exact_object_test --gtest_filter='*OnRealMeshes.*' \
-    && build/release/bin/cli_test --gtest_filter='RealMeshes.*'
+    && build/release/bin/cli_test --gtest_filter='RealMeshes.*' \
+    && NIF_TEST_SEGMENTS=1000000 build/release/bin/gpu_sets_test
 )
 
 needed=(build check gpu)
@@ -220,7 +231,7 @@ if [[ $size == nightly ]]; then
     step 'no memory at every 1,000th allocation' env NIF_EVERY_ALLOCATION=1000 \
       build/release/bin/faults_test '--gtest_filter=NoMemory.*' || true
   fi
-  if step 'build tests of proofs' build_part release 'truth_test exact_object_test cli_test'; then
+  if step 'build tests of proofs' build_part release 'truth_test exact_object_test cli_test gpu_sets_test' -DNIF_LONG_TESTS=ON; then
     step '10^7 segments of each mesh' many_segments || true
   fi
   if step 'build code for every GPU' build_part release 'gpu_test gpu_proof' -UNIF_GPU_TARGETS; then
@@ -255,6 +266,7 @@ once=()
 step 'test release' run_tests build/release "${once[@]}" || true
 [[ $size == all ]] || exit 0
 step 'check headers' tests/headers.sh || true
+step 'check kernels for other GPUs' check_other_gpus || true
 step 'build the runtime alone' build_runtime || true
 asan_tests format golden kernels mesh runtime validate || true
 tsan_tests || true

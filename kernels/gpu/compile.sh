@@ -3,6 +3,7 @@
 #
 #   kernels/gpu/compile.sh TARGET FOLDER     TARGET: gfx1030, gfx1100, gfx90a, gfx942, sm_80, sm_90
 #   kernels/gpu/compile.sh --compiler TARGET prints the compiler that would be taken
+#   kernels/gpu/compile.sh --check TARGET    only whether it is valid source: a second, AMD only; writes nothing
 #
 # Writes to FOLDER: TARGET.co (AMD) or TARGET.cubin (NVIDIA), which a driver loads; TARGET.s, its assembly
 # (for NVIDIA, PTX); TARGET.txt, what the compiler reports about registers, shared memory and spills.
@@ -41,6 +42,13 @@ find_compiler() {
   esac
 }
 
+check=0
+if [[ ${1-} == --check ]]; then
+  check=1
+  shift
+  [[ ${1-} == gfx* ]] || { echo "kernels/gpu/compile.sh: --check is for AMD targets, not '${1-}'" >&2 && exit 2; }
+  set -- "$1" /tmp
+fi
 case ${1-} in
   '' | -h | --help) sed -n '2,/^set /{/^set /d;s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}" && exit 0 ;;
   --compiler) find_compiler "${2-}" || exit 3 ;;
@@ -56,12 +64,15 @@ compiler=$(find_compiler "$target") || { echo "kernels/gpu/compile.sh: no compil
 # a target without matrix units (gfx1030) products of halves are long once unrolled; without the option, clang
 # gives up halfway. Without -fuse-cuid=none a symbol is named after the source's folder, and no two folders
 # give the same bytes.
+amd=(-x hip -std=c++20 --offload-arch="$target" --cuda-device-only --no-gpu-bundle-output -nogpuinc -nogpulib
+  -fuse-cuid=none -O3 -ffp-contract=off -mllvm -pragma-unroll-threshold=65536 -Wall -Wextra -Werror -I.)
+if ((check)); then
+  exec "$compiler" "${amd[@]}" -Xclang -disable-llvm-passes -emit-llvm -S kernels/gpu/module.cpp -o /dev/null
+fi
 report=$folder/$target.txt
 compile() {
   if [[ $target == gfx* ]]; then
-    "$compiler" -x hip -std=c++20 --offload-arch="$target" --cuda-device-only --no-gpu-bundle-output -nogpuinc \
-      -nogpulib -fuse-cuid=none -O3 -ffp-contract=off -mllvm -pragma-unroll-threshold=65536 -Wall -Wextra -Werror -I. \
-      -Rpass-analysis=kernel-resource-usage -S kernels/gpu/module.cpp -o "$folder/$target.s" \
+    "$compiler" "${amd[@]}" -Rpass-analysis=kernel-resource-usage -S kernels/gpu/module.cpp -o "$folder/$target.s" \
       && "$compiler" --target=amdgcn-amd-amdhsa -mcpu="$target" -nogpulib "$folder/$target.s" -o "$folder/$target.co"
   else
     "$compiler" -x cu -std=c++20 -arch="${target/sm/compute}" -ptx -O3 -fmad=false -prec-div=true -prec-sqrt=true \

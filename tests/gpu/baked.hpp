@@ -7,8 +7,12 @@
 #include "bake/ground_truth/prepare.hpp"
 #include "formats/nif/reader.hpp"
 #include "formats/nif/writer.hpp"
+#include "tests/support/real_meshes.hpp"
 
 namespace nif::test {
+
+/// Rays of each set.
+inline size_t rays_of_set() { return segments_wanted(300'000); }
 
 inline mesh::Scene scene_of(mesh::Mesh mesh) {
   mesh::Scene scene;

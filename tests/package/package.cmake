@@ -82,10 +82,11 @@ elseif(STEP STREQUAL "cpp_consumer")
   endforeach()
 
 elseif(STEP STREQUAL "whole_tree")
-  # Without Highway, whose kernels take long to compile, and not optimised: it is about what is there at all.
+  # Without Highway, whose kernels take long to compile, not optimised, and sources compiled together: it is about what is
+  # there at all.
   build_consumer(whole_tree ${SOURCE}/tests/package/whole_tree -DNIFKIT=${SOURCE} -DCMAKE_CXX_FLAGS=-Werror
                  -DCMAKE_C_COMPILER=${CC} -DCMAKE_CXX_COMPILER=${CXX} -DCMAKE_DISABLE_FIND_PACKAGE_hwy=ON
-                 -DCMAKE_BUILD_TYPE=Debug)
+                 -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_FLAGS_DEBUG= -DNIF_UNITY=ON)
   run(${DIR}/whole_tree/game ${asset})
 
 elseif(STEP STREQUAL "bake")
@@ -203,10 +204,12 @@ elseif(STEP STREQUAL "deb")
     message("Skipped: lintian is not installed")
     return()
   endif()
-  # Configured as a release is: the whole tree, with the runtime alone built, for the prefix of Debian's packages.
+  # Configured as a release is: the whole tree, with the runtime alone built, for the prefix of Debian's packages. Nobody runs
+  # it, so it is not optimised.
   set(ENV{SOURCE_DATE_EPOCH} 1700000000)
   file(REMOVE_RECURSE ${DIR}/deb)
   run(${CMAKE_COMMAND} -S ${SOURCE} -B ${DIR}/deb -G ${GENERATOR} -DCMAKE_BUILD_TYPE=Release -DCMAKE_INSTALL_PREFIX=/usr
+      -DCMAKE_CXX_FLAGS_RELEASE=-DNDEBUG -DNIF_UNITY=ON
       -DNIF_BUILD_TOOLS=OFF -DNIF_BUILD_TESTS=OFF -DNIF_WITH_GPU=OFF -DCMAKE_DISABLE_FIND_PACKAGE_hwy=ON)
   run(${CMAKE_COMMAND} --build ${DIR}/deb)
   find_program(cpack cpack REQUIRED)

@@ -13,7 +13,7 @@ namespace nif::test {
 namespace {
 
 /// Rays that are emulated as one batch; not a multiple of a block's threads.
-constexpr size_t kRaysOfBatch = 20'011;
+constexpr size_t kRaysOfPart = 20'011;
 
 /// One result for each kind, with sums in place of means.
 using Comparisons = std::vector<HalfComparison>;
@@ -60,9 +60,9 @@ std::vector<HalfComparison> compare_half(const kernels::SphericalField& field,
   std::vector<std::unique_ptr<ObjectOnGpu>> gpus;
   for (const MatrixKind kind : kinds)
     gpus.push_back(std::make_unique<ObjectOnGpu>(field, EmulatedWay{kind, runtime::GpuWay::automatic, true}));
-  std::vector<Comparisons> parts((segments.size() + kRaysOfBatch - 1) / kRaysOfBatch);
+  std::vector<Comparisons> parts((segments.size() + kRaysOfPart - 1) / kRaysOfPart);
   tbb::parallel_for(size_t{0}, parts.size(), [&](size_t b) {
-    const size_t first = b * kRaysOfBatch, count = std::min(kRaysOfBatch, segments.size() - first);
+    const size_t first = b * kRaysOfPart, count = std::min(kRaysOfPart, segments.size() - first);
     parts[b] = compare_batch(field, segments.subspan(first, count), visible.subspan(first, count), gpus);
   });
   Comparisons all(kinds.size());
