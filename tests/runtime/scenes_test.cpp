@@ -4,8 +4,8 @@
 #include <cstring>
 #include <limits>
 
-#include "tests/runtime/plain_scene.hpp"
-#include "tests/support/to_world.hpp"
+#include "tests/runtime/runtime_fixture.hpp"
+#include "tests/support/plain_scene.hpp"
 
 namespace nif::test {
 namespace {
