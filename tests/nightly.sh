@@ -1,21 +1,21 @@
 #!/usr/bin/env bash
 # What takes hours, and goes on where it was the last time: fuzzes all that reads (tests/fuzz) from the corpora that it keeps;
-# bakes random meshes, whose certain answers must never be wrong; and judges answers about hostile ones in exact arithmetic
-# (tests/exact). tests/run.sh --nightly builds what it needs and runs it.
+# bakes random meshes, whose certain answers must never be wrong; judges answers about hostile ones in exact arithmetic; and
+# compares all instruction sets in random scenes (tests/exact). tests/run.sh --nightly builds what it needs and runs it.
 #
 #   tests/nightly.sh HOURS     by the clock; on every core but one it fuzzes, on that one it bakes and judges by turns
 #
 # Each round goes to the fuzzer that has had the least CPU time. What is known is kept in build/nightly, or in NIF_NIGHTLY:
 # for each fuzzer a folder in corpus/ and one in findings/ (inputs that crashed; each is tried again at the start, and goes
-# into the corpus once it is mended), fuzz.tsv, meshes.tsv and judged.tsv (a line for each round), failed (meshes that failed,
-# tried again at the start, too), judged (cases that were answered wrongly, and what was said of them: once mended, move a case
-# to tests/exact/cases and empty the folder). It may be ended at any time. Ends with 1 where there is a finding, old or new, or a
-# fuzzer does not start.
+# into the corpus once it is mended), fuzz.tsv, meshes.tsv, judged.tsv and scenes.tsv (a line for each round), failed (meshes
+# that failed, tried again at the start, too), judged (cases that were answered wrongly, and what was said of them and of scenes
+# that differed: once mended, move a case to tests/exact/cases and empty the folder). It may be ended at any time. Ends with 1
+# where there is a finding, old or new, or a fuzzer does not start.
 set -euo pipefail
 [[ ${1-} =~ ^[0-9]+(\.[0-9]+)?$ && $# == 1 ]] \
   || { sed -n '2,/^set /{/^set /d;s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}" >&2 && exit 2; }
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
-nif=build/release/bin/nif judge=build/release/bin/judge_rays built=build/fuzz/tests/fuzz/limits
+nif=build/release/bin/nif judge=build/release/bin/judge_rays compare=build/release/bin/scene_rays built=build/fuzz/tests/fuzz/limits
 [[ -r $built ]] || { echo "tests/nightly.sh: no fuzzers are built; tests/run.sh --nightly builds them" >&2 && exit 2; }
 # Of each fuzzer: which folders it starts with, and its limits.
 declare -A seeds limits
@@ -23,7 +23,7 @@ while IFS=$'\t' read -r name folders options; do
   seeds[$name]=$folders limits[$name]=$options
   [[ $folders != tests/corpus/asset* ]] || seeds[$name]+=' build/fuzz/tests/fuzz/seeds'
 done <"$built"
-for program in "$nif" "$judge" "${!seeds[@]}"; do
+for program in "$nif" "$judge" "$compare" "${!seeds[@]}"; do
   [[ $program == build/* ]] || program=build/fuzz/bin/fuzz_$program
   [[ -x $program ]] || { echo "tests/nightly.sh: $program is not built; tests/run.sh --nightly builds it" >&2 && exit 2; }
 done
@@ -33,7 +33,7 @@ state=$(realpath "$state")
 # As it was while there was one fuzzer.
 for folder in corpus findings; do find "$state/$folder" -maxdepth 1 -type f -exec mv -t "$state/$folder/asset" {} +; done
 mkdir -p "$state/judged"
-touch "$state/fuzz.tsv" "$state/meshes.tsv" "$state/judged.tsv" "$state/failed"
+touch "$state/fuzz.tsv" "$state/meshes.tsv" "$state/judged.tsv" "$state/scenes.tsv" "$state/failed"
 # What fuzzers write is read once: on a disk some of them would wait for it most of their time.
 [[ ! -w /dev/shm ]] || export TMPDIR=/dev/shm
 scratch=$(mktemp -d)
@@ -103,10 +103,19 @@ judge_some() {
     || cp "$scratch/judged" "$state/judged/cases_$n.said"
   echo "$((n + 200))" >"$state/next_case.tmp" && mv "$state/next_case.tmp" "$state/next_case"
 }
+# compare_some: the next random scenes, and a line of scenes.tsv. What differs is kept.
+compare_some() {
+  local n
+  n=$(cat "$state/next_scene" 2>/dev/null || echo 0)
+  "$compare" --threads 1 --seed 2 --scenes "$n" 200 --log "$state/scenes.tsv" >"$scratch/compared" 2>&1 \
+    || cp "$scratch/compared" "$state/judged/scenes_$n.said"
+  echo "$((n + 200))" >"$state/next_scene.tmp" && mv "$state/next_scene.tmp" "$state/next_scene"
+}
 meshes() {
   local n counts
   while ((SECONDS < end)); do
     judge_some
+    compare_some
     n=$(($(cat "$state/next" 2>/dev/null || echo 0) + 1))
     if counts=$(try_mesh "$n" 2>"$scratch/said"); then
       printf '%s\t%d\t%s\n' "$(date +%F)" "$n" "$counts" >>"$state/meshes.tsv"
@@ -155,6 +164,8 @@ awk -v failures="$failures" '{ rays += $3; certain += $4 }
   "$state/meshes.tsv"
 awk -F '\t' '{ rays += $2; certain += $3; answers += $4; wrong += $5 }
   END { printf "%.0f hostile rays judged altogether, %.0f of them certain, %.0f answers, %.0f wrong\n", rays, certain, answers, wrong }' "$state/judged.tsv"
+awk -F '\t' '{ scenes += $2; rays += $3; differ += $4 }
+  END { printf "%.0f rays of %.0f random scenes compared altogether, %.0f differ\n", rays, scenes, differ }' "$state/scenes.tsv"
 if ((findings + failures)); then
   find "$state/findings" "$state/judged" -type f | sed 's/^/finding: /' >&2
   sed 's/^/failed: random mesh /' "$state/failed" >&2

@@ -218,7 +218,7 @@ case $size in
 esac
 step 'set up' tools/setup.sh "${needed[@]}" || exit 1
 if [[ $size == nightly ]]; then
-  step 'build release' build_part release 'nif judge_rays' || exit 1
+  step 'build release' build_part release 'nif judge_rays scene_rays' || exit 1
   step 'build fuzz' build_part fuzz tests/fuzz/all || exit 1
   step 'build each source by itself' build_alone || true
   step 'NEON, emulated' tests/neon/run.sh || true

@@ -8,18 +8,11 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 nif=build/release/bin/nif out=build/hits
 cmake --build build/release --target nif >&2
 mkdir -p "$out"
+# shellcheck source=docs/results/once.sh
+source docs/results/once.sh
 # shellcheck source=docs/results/meshes.sh
 source docs/results/meshes.sh
 find_meshes "$nif"
-
-# once FILE COMMAND...: leaves what the command prints in the file.
-once() {
-  local file=$1
-  shift
-  [[ -f $file ]] && return
-  "$@" >"$file.new"
-  mv "$file.new" "$file"
-}
 
 for path in "${paths[@]}"; do
   at=$out/$(basename "$path")

@@ -20,15 +20,8 @@ nif=${NIF:-build/release/bin/nif} out=build/race rays=${RAYS:-100000} rounds=${R
 sets=(--set outer-lines --set inner-surface --set sun --set camera)
 measured=$out/$rays-$rounds
 mkdir -p "$measured/raced"
-
-# once FILE COMMAND...: leaves what the command prints in the file.
-once() {
-  local file=$1
-  shift
-  [[ -f $file ]] && return
-  "$@" >"$file.new"
-  mv "$file.new" "$file"
-}
+# shellcheck source=docs/results/once.sh
+source docs/results/once.sh
 
 # others NAME QUERY: --compare for the results of other programs that have such a query.
 others() {

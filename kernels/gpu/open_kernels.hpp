@@ -96,8 +96,9 @@ NIF_HOST_DEVICE NIF_LONG_INLINE ProvenRay prove_scene(const Thread& thread, cons
       answer = prove_instance(thread, scene, scene.instances[instance], ray, row, open);
       if (!answer.certain) {
         proven.instance = proven.open.begin <= proven.open.end ? kNoInstance : instance;
-        proven.open.begin = min_of(open.begin, proven.open.begin);
-        proven.open.end = max_of(open.end, proven.open.end);
+        // As on the CPU: 0 is added because the sign of a zero would depend on the order.
+        proven.open.begin = min_of(open.begin, proven.open.begin) + 0.0f;
+        proven.open.end = max_of(open.end, proven.open.end) + 0.0f;
       }
       return true;
     };

@@ -133,6 +133,7 @@ inline constexpr float kBoxSlack = 0x1p-16f;
 inline constexpr float kLeastSlack = 0x1p-130f;
 inline constexpr float kMostT = 0x1p+127f;
 inline constexpr float kLeastComponent = 0x1p-126f;
+inline constexpr float kUnlimited = std::numeric_limits<float>::infinity();
 inline constexpr float kMostPlane = 0x1p+127f;
 inline constexpr float kToOverflow = 4;  ///< times a distance that is too large: 2^126 and more
 
@@ -185,7 +186,8 @@ struct BoxPassage {
   float enter, leave;
 };
 
-/// Each operation is monotone in the box's planes: a ray that passes a box passes each box around it.
+/// Each operation is monotone in the box's planes: a ray that passes a box passes each box around it. If one of
+/// near and far is NaN, the other is an infinity, and NaN is skipped as if it were the same infinity.
 NIF_HOST_DEVICE inline BoxPassage pass_box(const WorldBox& box, const Segment& ray, const BoxRay& prepared) {
   float near[3], far[3];
   for (int a = 0; a < 3; ++a) {
@@ -194,8 +196,8 @@ NIF_HOST_DEVICE inline BoxPassage pass_box(const WorldBox& box, const Segment& r
     near[a] = min_of(low, high);
     far[a] = max_of(high, low);
   }
-  const float enter = max_of(max_of(near[0], near[1]), near[2]);
-  const float leave = min_of(min_of(far[0], far[1]), far[2]);
+  const float enter = max_of(near[2], max_of(near[1], max_of(near[0], -kUnlimited)));
+  const float leave = min_of(far[2], min_of(far[1], min_of(far[0], kUnlimited)));
   const float first = min_of(enter * (1 - kBoxSlack), enter * (1 + kBoxSlack)) - kLeastSlack;
   const float last = max_of(leave * (1 - kBoxSlack), leave * (1 + kBoxSlack)) + kLeastSlack;
   return {max_of(min_of(first, kMostT), ray.tmin), min_of(max_of(last, -kMostT), ray.tmax)};

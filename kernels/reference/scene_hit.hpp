@@ -16,9 +16,10 @@ struct SceneHit : Hit {
   /// Starts with: nothing is met, for certain.
   NIF_HOST_DEVICE SceneHit() { low = kNoHit; }
 
-  /// Keeps the hit with the least t; of several equal ones, the one in the first instance.
+  /// Keeps the hit with the least t; of several equal ones, the one in the first instance. Bounds of -0 become 0,
+  /// or their sign would depend on the order.
   NIF_HOST_DEVICE NIF_INLINE void add(const Hit& hit, uint32_t in) {
-    const float least = min_of(hit.low, low), most = min_of(hit.high, high);
+    const float least = min_of(hit.low, low) + 0.0f, most = min_of(hit.high, high) + 0.0f;
     if (hit.t < t || (hit.t == t && in < instance && hit.t < kNoHit)) {
       static_cast<Hit&>(*this) = hit;
       instance = in;

@@ -11,10 +11,10 @@
 #include <nlohmann/json.hpp>
 
 #include "formats/base/status.hpp"
-#include "formats/mesh/gltf/gltf_writer.hpp"
 #include "tests/cli/brute_racer.hpp"
 #include "tests/cli/mesh_text.hpp"
 #include "tests/cli/program.hpp"
+#include "tests/cli/rings_and_balls.hpp"
 #include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
@@ -22,23 +22,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-
-/// A ring and a ball, each three times; some are mirrored and turned.
-std::string rings_and_balls() {
-  mesh::Scene scene;
-  scene.meshes = {torus(12, 6), icosphere(1)};
-  for (uint32_t i = 0; i < 6; ++i) {
-    mesh::Instance instance;
-    instance.name = "thing " + std::to_string(i);
-    instance.mesh = i % 2;
-    const float size = 0.7f + 0.1f * float(i);
-    instance.transform = {0, size, 0,    3 * float(i % 3), i % 3 ? size : -size, 0, 0, float(i % 2),
-                          0, 0,    size, 2 * float(i / 3)};
-    scene.instances.push_back(instance);
-  }
-  const std::vector<std::byte> bytes = mesh::encode_glb(scene);
-  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
-}
 
 class BenchRace : public testing::Test {
  protected:
@@ -48,7 +31,7 @@ class BenchRace : public testing::Test {
     std::string two = obj_object(torus(16, 8), "ring", base);
     two += obj_object(icosphere(2), "ball", base);
     mesh_ = folder_->write("two.obj", two).string();
-    glb_ = folder_->write("rows.glb", rings_and_balls()).string();
+    glb_ = folder_->write("rows.glb", rings_and_balls(torus(12, 6), icosphere(1), 6)).string();
     for (const std::string& mesh : {mesh_, glb_})
       ASSERT_EQ(nif({"bake", mesh, "-o", mesh + ".nif", "--encoding", "bvh", "--no-merge", "--rays", "0",
                      "--quiet"})

@@ -5,9 +5,9 @@
 #include <nlohmann/json.hpp>
 
 #include "formats/base/status.hpp"
-#include "formats/mesh/gltf/gltf_writer.hpp"
 #include "tests/cli/mesh_text.hpp"
 #include "tests/cli/program.hpp"
+#include "tests/cli/rings_and_balls.hpp"
 #include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
@@ -15,31 +15,11 @@ namespace {
 
 using nlohmann::json;
 
-mesh::Transform placed(float scale, float x, float y, float z) {
-  return {scale, 0, 0, x, 0, scale, 0, y, 0, 0, scale, z};
-}
-
-/// Rings and balls in rows; some are mirrored.
-std::string two_objects_in_rows() {
-  mesh::Scene scene;
-  scene.meshes = {torus(24, 12), icosphere(2)};
-  for (uint32_t i = 0; i < 30; ++i) {
-    mesh::Instance instance;
-    instance.name = "thing " + std::to_string(i);
-    instance.mesh = i % 2;
-    instance.transform = placed(0.6f + 0.02f * float(i), 3 * float(i % 6), float(i % 4), 3 * float(i / 6));
-    if (i % 5 == 0) instance.transform[0] *= -1;
-    scene.instances.push_back(instance);
-  }
-  const std::vector<std::byte> bytes = mesh::encode_glb(scene);
-  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
-}
-
 class BenchScene : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder_ = new TempDir;
-    glb_ = folder_->write("rows.glb", two_objects_in_rows()).string();
+    glb_ = folder_->write("rows.glb", rings_and_balls(torus(24, 12), icosphere(2), 30)).string();
     ring_ = folder_->write("ring.obj", obj_text(torus(24, 12))).string();
     for (const std::string& mesh : {glb_, ring_})
       ASSERT_EQ(nif({"bake", mesh, "-o", mesh + ".nif", "--encoding", "bvh", "--rays", "0", "--quiet"}).code,
@@ -236,6 +216,9 @@ TEST_F(BenchScene, RefusesByName) {
         Refusal{glb_, {"--asset", asset, "--against", ring}, Status::mesh_mismatch, {glb_, ring}},
         Refusal{whole, {"--against", ring}, Status::usage, {"--against", whole}},
         Refusal{glb_, {"--asset", asset, "--stages"}, Status::usage, {"--stages", "ASSET"}},
+        Refusal{glb_, {"--asset", asset, "--fallback", "embree"}, Status::usage, {"--fallback", "ASSET"}},
+        Refusal{glb_, {"--asset", asset, "--batches"}, Status::usage, {"--batches", "ASSET"}},
+        Refusal{glb_, {"--asset", asset, "--precision", "half"}, Status::usage, {"--precision", "ASSET"}},
         Refusal{glb_, {"--asset", asset, "--plot", asset}, Status::usage, {"--plot", "overwrite"}},
         Refusal{glb_, {"--asset", asset, "--device", "gpu"}, Status::usage, {"--device", "ASSET"}},
         Refusal{whole, {"--asset", ring}, Status::usage, {"--asset", whole}},

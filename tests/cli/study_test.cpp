@@ -39,6 +39,8 @@ TEST(Study, ComparesAndGoesOnWhereItStopped) {
   const json all = json::parse(outcome.out);
   EXPECT_EQ(all, json::parse(read_bytes(out / "study.json")));
   EXPECT_EQ(all["schema"], "nifkit.study/1");
+  EXPECT_EQ(all["study"]["instances"], 1);
+  EXPECT_EQ(outcome.err.find("one mesh"), std::string::npos) << outcome.err;
 
   std::set<std::string> families;
   for (const json& point : all["points"]) {
@@ -116,7 +118,13 @@ TEST(Study, ComparesAndGoesOnWhereItStopped) {
 
 TEST(Study, LeavesOutWhatAMeshCannotBe) {
   TempDir folder;
-  const std::string bowl = folder.write("bowl.obj", obj_text(open_bowl(20, 40))).string();
+  // Two objects, which are studied as one mesh.
+  size_t base = 0;
+  std::string bowls = obj_object(open_bowl(20, 40), "bowl", base);
+  mesh::Mesh beside = open_bowl(10, 20);
+  for (mesh::Float3& p : beside.positions) p[0] += 3;
+  bowls += obj_object(beside, "beside", base);
+  const std::string bowl = folder.write("bowl.obj", bowls).string();
   const fs::path out = folder.path() / "study";
   const Outcome outcome = study(bowl, out);
   ASSERT_EQ(outcome.code, 0) << outcome.err;
@@ -131,6 +139,10 @@ TEST(Study, LeavesOutWhatAMeshCannotBe) {
   EXPECT_EQ(point_of(all, "OpenMesh: Embree", "4,000 triangles"), nullptr);
   EXPECT_NE(read_bytes(out / "study.html").find("Left out"), std::string::npos);
   EXPECT_NE(outcome.out.find("segment"), std::string::npos) << outcome.out;
+  EXPECT_EQ(all["study"]["instances"], 2);
+  const std::string note = "2 instances are studied as one mesh";
+  EXPECT_NE(outcome.err.find("nif: note: " + bowl + ": " + note), std::string::npos) << outcome.err;
+  EXPECT_NE(read_bytes(out / "study.html").find(note), std::string::npos);
 }
 
 TEST(Study, CanBeCancelled) {

@@ -141,32 +141,6 @@ std::string wrong_of_none(const NifRay& ray, const Said& said, size_t i) {
   return right ? std::string() : "an invalid ray that is answered";
 }
 
-bool same_bits(const float* a, const float* b, size_t count) {
-  return std::memcmp(a, b, count * sizeof(float)) == 0;
-}
-/// Whether two ways give the same answers to a ray.
-bool agree(const Said& a, size_t i, const Said& b, size_t j) {
-  bool same = a.visible[i] == b.visible[j] && a.certain[i] == b.certain[j] && a.logit[i] == b.logit[j] &&
-              a.listed[i] == b.listed[j] && a.open[i] == b.open[j];
-  if (a.listed[i]) same = same && a.begin[i] == b.begin[j] && a.end[i] == b.end[j];
-  const FirstHits &p = a.hits, &q = b.hits;
-  return same && p.hit[i] == q.hit[j] && p.certain[i] == q.certain[j] && p.triangle[i] == q.triangle[j] &&
-         p.instance[i] == q.instance[j] && p.object[i] == q.object[j] && same_bits(&p.t[i], &q.t[j], 1) &&
-         same_bits(&p.low[i], &q.low[j], 1) && same_bits(&p.high[i], &q.high[j], 1) &&
-         same_bits(&p.u[i], &q.u[j], 1) && same_bits(&p.v[i], &q.v[j], 1) &&
-         same_bits(&p.normal[3 * i], &q.normal[3 * j], 3) && same_bits(&p.color[3 * i], &q.color[3 * j], 3);
-}
-std::string both(const Said& a, size_t i, const Said& b, size_t j) {
-  std::ostringstream text;
-  text << std::hexfloat;
-  for (const auto& [said, k] : {std::pair(&a, i), std::pair(&b, j)})
-    text << (k == i && said == &a ? "visible " : " but visible ") << int(said->visible[k]) << " certain "
-         << int(said->certain[k]) << " t " << said->hits.t[k] << " (" << said->hits.low[k] << ".."
-         << said->hits.high[k] << ") triangle " << int32_t(said->hits.triangle[k]) << " listed "
-         << int(said->listed[k]);
-  return text.str();
-}
-
 Random of_grid(uint64_t seed) { return Random(seed, 1, 1); }
 
 /// Rays of random kinds, so that batches have some of each.

@@ -17,20 +17,12 @@
 #include "kernels/reference/encodings/reference_exact.hpp"
 #include "tests/support/coded.hpp"
 #include "tests/support/occupied_object.hpp"
+#include "tests/support/to_world.hpp"
 
 namespace nif::test {
 namespace {
 
 constexpr Transform kInPlace{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
-
-std::vector<NifRay> part_of(const std::vector<NifRay>& rays, size_t first, size_t count) {
-  return {rays.begin() + std::ptrdiff_t(first), rays.begin() + std::ptrdiff_t(first + count)};
-}
-
-template <class T>
-void put(const std::vector<T>& from, std::vector<T>& to, size_t first, size_t each = 1) {
-  std::copy(from.begin(), from.end(), to.begin() + std::ptrdiff_t(first * each));
-}
 
 /// An arbitrary answer for unproven rays.
 format::Mlp untrained(uint32_t inputs) {
@@ -59,86 +51,6 @@ Transform beside(const mesh::Box& box, Random& random) {
   return t;
 }
 
-void expect(bool same, const char* what) {
-  if (!same) throw std::runtime_error(what);
-}
-
-uint64_t user_of(uint32_t instance) { return 0x123456789abcdef0u + instance; }
-
-/// One call of each kind. `mask` is for all rays; 0 if they have none.
-Said ask_once(const nifkit::Scene& scene, const std::vector<NifRay>& rays, const uint32_t& mask) {
-  const size_t count = rays.size();
-  Said said(count);
-  nifkit::Rays query(rays);
-  if (mask) query.mask(mask);
-  scene.query(query, nifkit::Answers().visible(said.visible).certain(said.certain).logit(said.logit));
-
-  std::vector<uint8_t> visible(count), bits((count + 7) / 8);
-  scene.query(query, nifkit::Answers().visible(visible).visible_bits(bits));
-  expect(visible == said.visible, "another answer where only visibility is asked for");
-  for (size_t i = 0; i < count; ++i)
-    expect((bits[i / 8] >> i % 8 & 1) == visible[i], "bits that are not those of the bytes");
-
-  const NifHits hits = said.hits.outputs();
-  nifkit::check(nifIntersect(scene.get(), &query.get(), &hits));
-  for (size_t i = 0; i < count; ++i)
-    expect(said.hits.user[i] == (said.hits.hit[i] ? user_of(said.hits.instance[i]) : 0),
-           "not the instance's user value");
-
-  std::vector<uint32_t> listed(count);
-  std::vector<float> begin(count), end(count);
-  std::vector<uint8_t> proven(count);
-  std::vector<uint32_t> instances(count);
-  uint32_t open = 0;
-  auto lists = nifkit::sized<NifOpenRays>();
-  lists.capacity = count;
-  lists.rays = listed.data();
-  lists.tmin = begin.data();
-  lists.tmax = end.data();
-  lists.instance = instances.data();
-  lists.count = &open;
-  scene.query_open(query, nifkit::Answers().visible(visible).certain(proven), lists);
-  expect(open <= count, "more open rays than there are rays");
-  for (uint32_t k = 0; k < open; ++k) {
-    const uint32_t i = listed[k];
-    expect(i < count && !said.listed[i], "a ray that is listed twice");
-    said.listed[i] = 1;
-    said.begin[i] = begin[k];
-    said.end[i] = end[k];
-    said.open[i] = instances[k];
-  }
-  for (size_t i = 0; i < count; ++i) {
-    expect(!said.listed[i] || (!visible[i] && !proven[i]), "a listed ray that is answered");
-    expect(said.listed[i] || visible[i] == said.visible[i], "another answer to a ray that is not listed");
-  }
-
-  std::vector<uint8_t> asked(count), decided(count);
-  scene.query_with_fallback(query, nifkit::Answers().visible(visible).certain(decided), 2,
-                            [&](std::span<const uint64_t> numbers, std::span<uint8_t> answers) {
-                              for (size_t k = 0; k < numbers.size(); ++k) {
-                                asked[numbers[k]] = 1;
-                                answers[k] = 1;
-                              }
-                            });
-  for (size_t i = 0; i < count; ++i) {
-    expect(asked[i] != said.certain[i], "a fallback for a certain ray, or none for an open one");
-    expect(decided[i] == 1, "an answer of a fallback that is not certain");
-    expect(visible[i] == (asked[i] ? 1 : said.visible[i]), "not the answer of the fallback");
-  }
-  return said;
-}
-
-/// As nif.h specifies: computed in double precision, rounded to a float and a float for the remainder.
-void put_in_place(Instance& one, const Origin& scene) {
-  one.placed = one.transform;
-  if (one.origin == Origin{} && scene == Origin{}) return;
-  for (size_t a = 0; a < 3; ++a) {
-    const double at = double(one.transform[4 * a + 3]) + (one.origin[a] - scene[a]);
-    one.placed[4 * a + 3] = float(at);
-    one.remainder[a] = float(at - double(float(at)));
-  }
-}
-
 }  // namespace
 
 const char* name_of(Placed placed) {
@@ -146,32 +58,6 @@ const char* name_of(Placed placed) {
                                              "all",           "moved bvh", "moved exact", "moved proof",
                                              "moved segment", "crowd",     "changed"};
   return names[size_t(placed)];
-}
-
-std::vector<Way> make_ways(const std::string& module) {
-  std::vector<Way> ways;
-  const auto add = [&](const std::string& config, bool coded, uint64_t most) {
-    try {
-      ways.push_back({config + (coded ? " coded" : "") + " by " + std::to_string(most),
-                      nifkit::Device("threads=1," + config), coded, most});
-    } catch (const nifkit::Error& error) {  // not on this processor
-      if (error.code() != NIF_ERROR_NOT_AVAILABLE) throw;
-    }
-  };
-  add("isa=scalar", false, 1000);
-  bool coded = false;
-  for (const char* isa : {"isa=sse4", "isa=avx2", "isa=avx512", "isa=neon"})
-    for (const uint64_t most : {1000, 17, 16, 15, 2, 1}) add(isa, coded = !coded, most);
-  add("isa=auto,memory=least", true, 1000);
-  add("isa=auto", false, 1000);
-  ways.back().name += " mapped";
-  ways.back().mapped = true;
-  add("isa=scalar", true, 1);
-  if (!module.empty()) {
-    add("backend=gpu,module=" + module, true, 1000);
-    ways.back().gpu = true;
-  }
-  return ways;
 }
 
 GridShape draw_grid(Random& random) {
@@ -248,8 +134,12 @@ void Subject::place(const Transform& transform, bool planes, const mesh::Box& bo
   }
   draw_changed(transform, planes, box, random);
   for (std::vector<Instance>& scene : scenes_)
-    for (Instance& one : scene)
-      put_in_place(one, &scene == &scenes_[size_t(Placed::changed)] ? origin_ : Origin{});
+    for (Instance& one : scene) {
+      const bool changed = &scene == &scenes_[size_t(Placed::changed)];
+      const LongMatrix at = at_origin(one.transform, one.origin, changed ? origin_ : Origin{});
+      one.placed = at.matrix;
+      one.remainder = at.remainder;
+    }
 }
 
 /// Some instances are removed, disabled or masked out; in a third of the scenes only one is left.
@@ -290,7 +180,7 @@ nifkit::Scene Subject::make_scene(const Way& way, const nifkit::Asset& asset, Pl
   const std::vector<Instance>& instances = this->instances(placed);
   for (uint32_t i = 0; i < instances.size(); ++i) {
     const uint32_t number = scene.add_instance(asset, uint32_t(instances[i].kind), instances[i].transform);
-    expect(number == i, "another number than the next one");
+    if (number != i) throw std::runtime_error("another number than the next one");
     scene.set_instance_user(i, user_of(i));
   }
   if (placed == Placed::changed) {
@@ -328,20 +218,7 @@ Said Subject::ask(const Way& way, const nifkit::Asset& asset, Placed placed,
                   const std::vector<NifRay>& rays) const {
   const nifkit::Scene scene = make_scene(way, asset, placed);
   const uint32_t mask = placed == Placed::changed ? ray_mask_ : 0;
-  if (rays.size() <= way.most) return ask_once(scene, rays, mask);
-  Said all(rays.size());
-  for (size_t first = 0; first < rays.size(); first += way.most) {
-    const size_t count = std::min<size_t>(way.most, rays.size() - first);
-    Said said = ask_once(scene, part_of(rays, first, count), mask);
-    put(said.visible, all.visible, first), put(said.certain, all.certain, first);
-    put(said.listed, all.listed, first), put(said.logit, all.logit, first);
-    put(said.begin, all.begin, first), put(said.end, all.end, first);
-    put(said.open, all.open, first);
-    all.hits.visit_with(said.hits, [&](auto& to, const auto& from) {
-      put(from, const_cast<std::remove_cvref_t<decltype(from)>&>(to), first, to.size() / rays.size());
-    });
-  }
-  return all;
+  return test::ask(scene, rays, std::span(&mask, mask ? 1 : 0), [&] { return way.most; });
 }
 
 void Subject::corners_of(uint32_t triangle, mesh::Float3 corners[3]) const {

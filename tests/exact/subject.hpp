@@ -11,7 +11,7 @@
 #include "formats/base/random.hpp"
 #include "formats/mesh/mesh_scene.hpp"
 #include "tests/exact/generators.hpp"
-#include "tests/support/test_first_hits.hpp"
+#include "tests/exact/ways.hpp"
 
 namespace nif::test {
 
@@ -55,43 +55,6 @@ struct Instance {
   bool has_triangles() const { return kind == Kind::bvh || kind == Kind::exact; }
   bool in_place() const { return placed == mesh::kIdentity && remainder == std::array<float, 3>{}; }
 };
-
-/// The calls: a query with all outputs, one with visibility alone, first hits, open rays, and a query with a
-/// fallback. They must agree.
-inline constexpr uint32_t kCalls = 5;
-
-/// All answers of one scene to some rays.
-struct Said {
-  explicit Said(size_t count)
-      : visible(count, 0xcc),
-        certain(count, 0xcc),
-        listed(count, 0),
-        open(count, NIF_NONE),
-        logit(count),
-        begin(count),
-        end(count),
-        hits(count) {}
-  bool operator==(const Said&) const = default;
-
-  std::vector<uint8_t> visible, certain;
-  std::vector<uint8_t> listed;  ///< 1: listed as open, from `begin` to `end`
-  std::vector<uint32_t> open;   ///< the only instance that leaves it open, or NIF_NONE
-  std::vector<int32_t> logit;
-  std::vector<float> begin, end;
-  FirstHits hits;
-};
-
-/// A device, and how it is used.
-struct Way {
-  std::string name;
-  nifkit::Device device;
-  bool coded;     ///< its file is coded
-  uint64_t most;  ///< rays per call
-  bool gpu = false, mapped = false;
-};
-
-/// The ways of this machine; the first is the reference. `module`: a GPU module, or empty.
-std::vector<Way> make_ways(const std::string& module);
 
 /// Options of the planes' grid.
 struct GridShape {

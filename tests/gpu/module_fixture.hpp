@@ -8,7 +8,8 @@
 #include <memory>
 
 #include "tests/gpu/emulator/machine.hpp"
-#include "tests/runtime/plain_scene.hpp"
+#include "tests/runtime/runtime_fixture.hpp"
+#include "tests/support/plain_scene.hpp"
 
 namespace nif::test {
 

@@ -5,9 +5,10 @@
 #include <limits>
 
 #include "tests/runtime/open_answers.hpp"
-#include "tests/runtime/plain_scene.hpp"
 #include "tests/runtime/runtime_first_hits.hpp"
+#include "tests/runtime/runtime_fixture.hpp"
 #include "tests/support/aligned.hpp"
+#include "tests/support/plain_scene.hpp"
 
 namespace nif::test {
 namespace {

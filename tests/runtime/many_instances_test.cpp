@@ -2,7 +2,8 @@
 // after any changes, and take no more memory than they may.
 #include <cstring>
 
-#include "tests/runtime/plain_scene.hpp"
+#include "tests/runtime/runtime_fixture.hpp"
+#include "tests/support/plain_scene.hpp"
 
 namespace nif::test {
 namespace {

@@ -2,7 +2,8 @@
 // and certain answers there are right.
 #include <cmath>
 
-#include "tests/runtime/plain_scene.hpp"
+#include "tests/runtime/runtime_fixture.hpp"
+#include "tests/support/plain_scene.hpp"
 
 namespace nif::test {
 namespace {

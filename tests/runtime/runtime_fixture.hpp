@@ -11,10 +11,9 @@
 #include "formats/nif/writer.hpp"
 #include "tests/support/query_answers.hpp"
 #include "tests/support/random_asset.hpp"
+#include "tests/support/to_world.hpp"
 
 namespace nif::test {
-
-inline constexpr std::array<float, 12> kIdentity{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 
 /// An asset in memory with its views, and handles to the same bytes through the runtime.
 class RuntimeTest : public testing::Test {
@@ -58,24 +57,10 @@ class RuntimeTest : public testing::Test {
   std::vector<NifScene> scenes_;
 };
 
-inline NifRay to_ray(const kernels::Segment& s) {
-  return {{s.origin[0], s.origin[1], s.origin[2]},
-          s.tmin,
-          {s.direction[0], s.direction[1], s.direction[2]},
-          s.tmax};
-}
-
 inline std::vector<NifRay> random_rays(Random& random, const kernels::SegmentField& field, size_t count) {
   std::vector<NifRay> rays;
   while (rays.size() < count) rays.push_back(to_ray(random_segment(random, field)));
   return rays;
-}
-
-inline kernels::Segment to_segment(const NifRay& r) {
-  return {{r.origin[0], r.origin[1], r.origin[2]},
-          {r.direction[0], r.direction[1], r.direction[2]},
-          r.tmin,
-          r.tmax};
 }
 
 /// For one ray: only whether it is visible.

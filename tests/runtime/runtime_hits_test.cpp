@@ -8,8 +8,9 @@
 #include "kernels/reference/planes/voxel_colors.hpp"
 #include "kernels/reference/scene_hit.hpp"
 #include "tests/runtime/open_answers.hpp"
-#include "tests/runtime/plain_scene.hpp"
 #include "tests/runtime/runtime_first_hits.hpp"
+#include "tests/runtime/runtime_fixture.hpp"
+#include "tests/support/plain_scene.hpp"
 
 namespace nif::test {
 namespace {

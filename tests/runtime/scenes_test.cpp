@@ -1,9 +1,11 @@
 // Instances: transforms map rays to object space, and several answers are combined as nif.h says.
+#include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
-#include "tests/runtime/plain_scene.hpp"
-#include "tests/support/to_world.hpp"
+#include "tests/runtime/runtime_fixture.hpp"
+#include "tests/support/plain_scene.hpp"
 
 namespace nif::test {
 namespace {
@@ -133,26 +135,92 @@ TEST_F(Scenes, SeveralInstancesCombine) {
   EXPECT_GT(mixed, 0u);
 }
 
-/// The walls of boxes are outside their objects. A ray along a wall, with finite ends, misses whatever the
-/// other axes say. So it also misses all boxes inside, and a hierarchy changes nothing.
+/// The walls of boxes are outside their objects. A ray along a wall misses whatever the other axes say. So it also misses all boxes inside, and a hierarchy changes nothing.
 TEST(BoxRule, ARayAlongAWallMisses) {
   const kernels::WorldBox box{{-1, -2, -3}, {1, 2, 3}};
   for (size_t along = 0; along < 3; ++along)
     for (const float zero : {0.0f, -0.0f, 0x1p-130f})
-      for (int place = 0; place < 25; ++place) {
-        // On two other axes: before, on, between, on and behind the walls.
-        kernels::Segment ray{{}, {zero, zero, zero}, -1e30f, 1e30f};
-        ray.direction[along] = 1;
-        bool within = true;
-        for (size_t k = 1, rest = size_t(place); k < 3; ++k, rest /= 5) {
-          const size_t a = (along + k) % 3;
-          ray.origin[a] = std::array{-2.0f, -1.0f, 0.5f, 1.0f, 2.0f}[rest % 5] * box.max[a];
-          within = within && rest % 5 == 2;
-        }
-        kernels::BoxRay prepared;
-        ASSERT_TRUE(kernels::prepare_box_ray(ray, prepared));
-        EXPECT_EQ(kernels::may_meet(box, ray, prepared), within) << along << ' ' << zero << ' ' << place;
-      }
+      for (const float end : {1e30f, INFINITY})
+        for (const float way : {1.0f, -1.0f})
+          for (int place = 0; place < 25; ++place) {
+            // On two other axes: before, on, between, on and behind the walls.
+            kernels::Segment ray{{}, {zero, zero, zero}, -end, end};
+            ray.direction[along] = way;
+            bool within = true;
+            for (size_t k = 1, rest = size_t(place); k < 3; ++k, rest /= 5) {
+              const size_t a = (along + k) % 3;
+              ray.origin[a] = std::array{-2.0f, -1.0f, 0.5f, 1.0f, 2.0f}[rest % 5] * box.max[a];
+              within = within && rest % 5 == 2;
+            }
+            kernels::BoxRay prepared;
+            ASSERT_TRUE(kernels::prepare_box_ray(ray, prepared));
+            EXPECT_EQ(kernels::may_meet(box, ray, prepared), within)
+                << along << ' ' << zero << ' ' << end << ' ' << place;
+          }
+}
+
+/// A hierarchy changes nothing: a ray that passes a box passes each box around it. Small whole numbers put
+/// origins on walls, and huge ones make distances overflow.
+TEST(BoxRule, ABoxAroundAnotherIsPassedIfThatIs) {
+  Random random(4);
+  const auto coordinate = [&] {
+    const auto whole = float(random.between(-3, 3));
+    return random.below(16) == 0 ? whole * 0x1p+120f : whole;
+  };
+  uint64_t passed = 0, missed = 0;
+  for (int i = 0; i < 500'000; ++i) {
+    kernels::WorldBox inner, outer;
+    kernels::Segment ray{
+        {}, {}, random.below(2) ? -INFINITY : coordinate(), random.below(2) ? INFINITY : coordinate()};
+    for (size_t a = 0; a < 3; ++a) {
+      const float one = coordinate(), other = coordinate();
+      inner.min[a] = std::min(one, other), inner.max[a] = std::max(one, other);
+      outer.min[a] = std::min(inner.min[a], coordinate()),
+      outer.max[a] = std::max(inner.max[a], coordinate());
+      ray.origin[a] = coordinate();
+      ray.direction[a] = random.below(2) ? 0.0f : std::clamp(coordinate(), -0x1p+50f, 0x1p+50f);
+      if (random.below(16) == 0) ray.direction[a] *= 0x1p-59f;
+    }
+    // Boxes of instances are rounded outward, so none is flat.
+    const bool flat =
+        inner.min[0] == inner.max[0] || inner.min[1] == inner.max[1] || inner.min[2] == inner.max[2];
+    kernels::BoxRay prepared;
+    if (flat || !kernels::prepare_box_ray(ray, prepared)) continue;
+    if (!kernels::may_meet(inner, ray, prepared)) {
+      ++missed;
+      continue;
+    }
+    ++passed;
+    ASSERT_TRUE(kernels::may_meet(outer, ray, prepared)) << i;
+  }
+  EXPECT_GT(passed, 10'000u);
+  EXPECT_GT(missed, 10'000u);
+}
+
+/// Zeros of either sign are equal, so they must not show in which order instances were asked.
+TEST(JoinedHits, DoNotDependOnTheOrder) {
+  Random random(6);
+  for (int i = 0; i < 20'000; ++i) {
+    kernels::Hit hits[3];
+    for (kernels::Hit& hit : hits) {
+      hit.t = std::array{0.0f, -0.0f, 1.0f}[random.below(3)];
+      hit.triangle = random.below(9);
+      if (random.below(4) != 0) hit.low = std::array{0.0f, -0.0f, -1.0f}[random.below(3)];
+      if (random.below(4) != 0) hit.high = hit.t;
+    }
+    std::array order{0u, 1u, 2u};
+    kernels::SceneHit first;
+    for (const uint32_t k : order) first.add(hits[k], k);
+    while (std::next_permutation(order.begin(), order.end())) {
+      kernels::SceneHit joined;
+      for (const uint32_t k : order) joined.add(hits[k], k);
+      ASSERT_EQ(joined.instance, first.instance);
+      ASSERT_EQ(std::memcmp(static_cast<kernels::Hit*>(&joined), static_cast<kernels::Hit*>(&first),
+                            sizeof(kernels::Hit)),
+                0)
+          << i;
+    }
+  }
 }
 
 /// The same if t is almost too large for a float: values computed from it overflow, and tmax does not.

@@ -7,7 +7,8 @@
 #include <cstring>
 #include <thread>
 
-#include "tests/runtime/plain_scene.hpp"
+#include "tests/runtime/runtime_fixture.hpp"
+#include "tests/support/plain_scene.hpp"
 
 namespace nif::test {
 namespace {

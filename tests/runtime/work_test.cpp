@@ -2,9 +2,9 @@
 // that are counted: unlike seconds, these are the same on every machine, however busy it is.
 #include <cmath>
 
-#include "tests/runtime/plain_scene.hpp"
 #include "tests/runtime/runtime_fixture.hpp"
 #include "tests/support/many_objects.hpp"
+#include "tests/support/plain_scene.hpp"
 
 namespace {
 uint64_t steps = 0;

@@ -209,11 +209,6 @@ bake::EmbreeTruth truth_of(const RaceData& race, const RacedScene& scene) {
   return {surface.positions, surface.triangles};
 }
 
-/// The answers about one scene. Counts are of rays.
-struct EntrantCounts {
-  uint64_t differing = 0, wrong = 0, compared = 0, displaced = 0, misplaced = 0, other = 0;
-};
-
 struct JudgedScene {
   const bake::EmbreeTruth& truth;
   const bake::RaysWithTruth& rays;
@@ -266,14 +261,7 @@ EntrantCounts judge_scene(const JudgedScene& scene, const EntrantAnswers& answer
     }
   });
   EntrantCounts all;
-  for (const EntrantCounts& share : shares) {
-    all.differing += share.differing;
-    all.wrong += share.wrong;
-    all.compared += share.compared;
-    all.displaced += share.displaced;
-    all.misplaced += share.misplaced;
-    all.other += share.other;
-  }
+  for (const EntrantCounts& share : shares) all += share;
   return all;
 }
 
@@ -376,14 +364,7 @@ std::vector<JudgedEntrant> judge_entrants(const std::vector<EntrantFile>& files,
       const EntrantAnswers answers(one.result,
                                    {first_ray[one.set], rays.segments.size(), race.rays(one.set)});
       check_numbers(one.result, answers, race, scene, first_instance, first_ray[one.set]);
-      const EntrantCounts counts = judge_scene({truth, rays, diagonal, first_instance}, answers);
-      EntrantSpeed& speed = judged[i].speed;
-      speed.differing += counts.differing;
-      speed.wrong += counts.wrong;
-      speed.compared += counts.compared;
-      speed.displaced += counts.displaced;
-      speed.misplaced += counts.misplaced;
-      speed.other += counts.other;
+      judged[i].speed += judge_scene({truth, rays, diagonal, first_instance}, answers);
     }
     for (size_t s = 0; s < race.sets.size(); ++s) first_ray[s] += (*scene.rays)[s].segments.size();
     first_instance += scene.instances.size();

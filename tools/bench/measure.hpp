@@ -52,22 +52,33 @@ struct AssetSpeed {
   Spread rate() const { return spread_of(rates); }
 };
 
-/// Another program that answered the same rays, and timed itself (entrants.hpp). Counts are of rays.
-struct EntrantSpeed {
+/// Rays that another program answered, and how.
+struct EntrantCounts {
+  uint64_t differing = 0;  ///< with another visibility, or hit or miss, than the ground truth
+  uint64_t wrong = 0;      ///< of those, where the truth is not in doubt
+  // Of first hits:
+  uint64_t compared = 0;   ///< both sides have a first hit
+  uint64_t displaced = 0;  ///< of those, more than kSameHit apart
+  uint64_t misplaced = 0;  ///< of those, where rounding does not explain it
+  uint64_t other = 0;      ///< hits in the same place, but on another triangle or instance
+
+  EntrantCounts& operator+=(const EntrantCounts& more) {
+    differing += more.differing, wrong += more.wrong, compared += more.compared;
+    displaced += more.displaced, misplaced += more.misplaced, other += more.other;
+    return *this;
+  }
+};
+
+/// Another program that answered the same rays, and timed itself (entrants.hpp).
+struct EntrantSpeed : EntrantCounts {
   std::string program;        ///< its name and version
   std::string variant;        ///< may be empty
   std::string file;           ///< that states this
   std::vector<double> rates;  ///< by pass
   std::optional<uint64_t> bytes;
   uint64_t rays = 0;
-  uint64_t differing = 0;  ///< with another visibility, or hit or miss, than the ground truth
-  uint64_t wrong = 0;      ///< of those, where the truth is not in doubt
-  bool hits = false;       ///< it found first hits; otherwise the following stays 0
-  uint64_t compared = 0;   ///< both sides have a first hit
-  uint64_t displaced = 0;  ///< of those, more than kSameHit apart
-  uint64_t misplaced = 0;  ///< of those, where rounding does not explain it
-  bool named = false;      ///< it names triangles or instances
-  uint64_t other = 0;      ///< hits in the same place, but on another triangle or instance
+  bool hits = false;   ///< it found first hits
+  bool named = false;  ///< it names triangles or instances
 
   Spread rate() const { return spread_of(rates); }
 };

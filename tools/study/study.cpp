@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "formats/base/json_text.hpp"
+#include "formats/base/quantities.hpp"
 #include "formats/base/status.hpp"
 
 namespace nif::tools {
@@ -122,6 +123,8 @@ const RivalPoint* Study::find(const std::string& family, const std::string& size
 
 nlohmann::ordered_json to_json(const Study& study) {
   Json json{{"schema", kStudySchema}, {"study", to_json(study.key)}, {"points", Json::array()}};
+  json["study"]["meshes"] = study.meshes;
+  json["study"]["instances"] = study.instances;
   for (const RivalPoint& point : study.points) json["points"].push_back(to_json(point));
   json["at_equal_bytes"] = Json::array();
   for (const double bytes : kBudgets) {
@@ -178,6 +181,12 @@ std::vector<std::string> families_of(const Study& study) {
   for (const RivalPoint& point : study.points)
     if (std::ranges::find(families, point.family) == families.end()) families.push_back(point.family);
   return families;
+}
+
+std::string flattened_note(const Study& study) {
+  if (study.instances == 1) return "";
+  return fmt::format("{} are studied as one mesh of {}; nif bench compares a scene with its instances",
+                     count_of(study.instances, "instance"), count_of(study.key.triangles, "triangle"));
 }
 
 bool is_simplified(const std::string& family) {

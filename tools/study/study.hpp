@@ -44,6 +44,8 @@ struct RivalPoint {
 
 struct Study {
   StudyKey key;
+  /// Of the file: all that count as one mesh.
+  uint64_t meshes = 1, instances = 1;
   std::vector<RivalPoint> points;  ///< in the order of the plans
 
   const RivalPoint* find(const std::string& family, const std::string& size) const;
@@ -70,6 +72,8 @@ std::optional<AtBytes> at_bytes(const Study& study, const std::string& family, d
 /// Numbers of bytes at which rivals are compared.
 inline constexpr std::array kBudgets{100e3, 300e3, 1e6};
 
+/// What the reader of a study of several instances must know, or an empty text.
+std::string flattened_note(const Study& study);
 /// Names of all families, in order.
 std::vector<std::string> families_of(const Study& study);
 /// Whether the family is a simplified mesh in any form, with which ours is compared.

@@ -19,6 +19,7 @@
 #include "tools/common/interruption.hpp"
 #include "tools/common/json_output.hpp"
 #include "tools/common/naming.hpp"
+#include "tools/common/notes.hpp"
 #include "tools/common/shared_options.hpp"
 #include "tools/common/stopwatch.hpp"
 #include "tools/common/threads.hpp"
@@ -42,9 +43,11 @@ struct Arguments : RunArguments {
 
 std::span<const std::byte> bytes_of(const std::string& text) { return std::as_bytes(std::span(text)); }
 
-/// Reads the file as one mesh, with all instances in their places.
-mesh::Scene read_one_mesh(const std::string& path) {
+/// Reads the file as one mesh, with all instances in their places. Counts in the study what the file has.
+mesh::Scene read_one_mesh(const std::string& path, Study& study) {
   mesh::Scene scene = mesh::read(path);
+  study.meshes = scene.meshes.size();
+  study.instances = scene.instances.size();
   if (scene.meshes.size() == 1 && scene.instances.size() == 1) {
     scene.instances.front().transform = mesh::kIdentity;
     scene.instances.front().remainder = {};
@@ -98,7 +101,7 @@ class Studying {
       : folder_(arguments.folder),
         progress_(progress),
         scale_{arguments.quick, arguments.seed},
-        mesh_(read(arguments, progress)),
+        mesh_(read(arguments, progress, study_)),
         plans_(plan_all(mesh_, scale_)) {
     study_.key = {fs::path(arguments.mesh).filename().string(),
                   bake::source_hash_text(mesh_.scene.source_hash),
@@ -156,9 +159,9 @@ class Studying {
   }
 
  private:
-  static StudiedMesh read(const Arguments& arguments, Progress& progress) {
+  static StudiedMesh read(const Arguments& arguments, Progress& progress, Study& study) {
     progress.update(0, "reading " + arguments.mesh);
-    return naming(arguments.mesh, [&] { return StudiedMesh(read_one_mesh(arguments.mesh)); });
+    return naming(arguments.mesh, [&] { return StudiedMesh(read_one_mesh(arguments.mesh, study)); });
   }
 
   std::string in_folder(const std::string& name) const { return (fs::path(folder_) / name).string(); }
@@ -207,9 +210,9 @@ class Studying {
   std::string folder_;
   Progress& progress_;
   StudyScale scale_;
+  Study study_, kept_;
   StudiedMesh mesh_;
   std::vector<RivalPlan> plans_;
-  Study study_, kept_;
 };
 
 void print(const Study& study, const std::string& page) {
@@ -239,6 +242,8 @@ void run(const Arguments& arguments) {
   limit_threads(arguments.threads);
   Progress progress(arguments.quiet);
   Studying studying(arguments, progress);
+  if (const std::string note = flattened_note(studying.study()); !note.empty())
+    print_notes({fmt::format("{}: {}", arguments.mesh, note)}, arguments.quiet);
   studying.resume();
   studying.run();
   studying.write_page();
@@ -255,7 +260,9 @@ void add_study(Command app) {
   const Command command = app.add_subcommand(
       "study", "Compare all ways to answer visibility for one mesh, over a range of sizes");
   auto a = std::make_shared<Arguments>();
-  command.add_option("MESH", a->mesh, "A mesh file, as for nif bake; all of it counts as one mesh")
+  command
+      .add_option("MESH", a->mesh,
+                  "A mesh file, as for nif bake. A scene of instances is studied as one mesh")
       .required();
   command
       .add_option("-o,--output", a->folder,
@@ -271,7 +278,9 @@ void add_study(Command app) {
   command.footer(
       "Compares segment, exact, bvh, proof with Embree behind it, and spherical; Embree on the whole mesh;\n"
       "meshes simplified by OpenMesh and meshoptimizer, with Embree and as exact; and distance fields and\n"
-      "voxels of OpenVDB. docs/study.md explains how.\n"
+      "voxels of OpenVDB. docs/study.md explains how. Of a scene, all instances become one mesh in their "
+      "places;\n"
+      "nif bench SCENE compares a scene with its instances.\n"
       "Examples:\n"
       "  nif study statue.ply -o statue-study --quick\n"
       "  nif study dragon.ply.gz -o dragon-study");

@@ -245,6 +245,8 @@ std::string study_page(const Study& study, const std::function<std::string(const
       escaped(key.mesh), count_of(key.triangles, "triangle"), key.rays, key.seed, escaped(key.version),
       key.processor.empty() ? "" : " on " + escaped(key.processor),
       key.quick ? "; a quick study: two sizes of each, and little training" : "");
+  if (const std::string note = flattened_note(study); !note.empty())
+    body += fmt::format("<p>{}.</p>\n", escaped(note));
   body += verdicts(study);
   body += equal_bytes_section(study) + curves_section(study) + pictures_section(study, picture) +
           all_section(study);

@@ -107,8 +107,8 @@ HWY_INLINE Passages pass_box(const RayStream& stream, const WorldBox& box, const
     near[a] = min_of(low, high);
     far[a] = max_of(high, low);
   }
-  const auto enter = max_of(max_of(near[0], near[1]), near[2]);
-  const auto leave = min_of(min_of(far[0], far[1]), far[2]);
+  const auto enter = max_of(near[2], max_of(near[1], max_of(near[0], hn::Set(d, -kUnlimited))));
+  const auto leave = min_of(far[2], min_of(far[1], min_of(far[0], hn::Set(d, kUnlimited))));
   const auto less = hn::Set(d, 1 - kBoxSlack), more = hn::Set(d, 1 + kBoxSlack),
              slack = hn::Set(d, kLeastSlack);
   const auto first = hn::Sub(min_of(hn::Mul(enter, less), hn::Mul(enter, more)), slack);
@@ -271,8 +271,8 @@ void join_hits(const RayStream& stream, const WorldBox& box, const StreamHits& a
     alignas(64) float ts[kLanes], lows[kLanes], highs[kLanes];
     alignas(64) uint32_t rays[kLanes];
     hn::Store(t, d, ts);
-    hn::Store(min_of(low, of_batch(hits.low)), d, lows);
-    hn::Store(min_of(high, of_batch(hits.high)), d, highs);
+    hn::Store(hn::Add(min_of(low, of_batch(hits.low)), hn::Zero(d)), d, lows);
+    hn::Store(hn::Add(min_of(high, of_batch(hits.high)), hn::Zero(d)), d, highs);
     put_words(ray, rays, 0);
     const uint32_t count = added.local.count - k < kLanes ? added.local.count - k : kLanes;
     for (uint32_t lane = 0; lane < count; ++lane) {

@@ -76,8 +76,9 @@ void ask_object(const NifSceneObject& scene, const Wanted& wanted, const Pair* p
       if (wanted.open && !certain) {
         area.open_instance[i] =
             area.open.begin[i] <= area.open.end[i] ? kernels::kNoInstance : pairs[k].instance;
-        area.open.begin[i] = std::min(area.open.begin[i], area.object_open.begin[k]);
-        area.open.end[i] = std::max(area.open.end[i], area.object_open.end[k]);
+        // 0 is added because the sign of a zero would depend on the order.
+        area.open.begin[i] = std::min(area.open.begin[i], area.object_open.begin[k]) + 0.0f;
+        area.open.end[i] = std::max(area.open.end[i], area.object_open.end[k]) + 0.0f;
       }
       decided = area.combined[i].blocked_for_certain();
     } else if (decided) {

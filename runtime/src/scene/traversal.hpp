@@ -31,8 +31,8 @@ inline uint32_t may_meet(const Node& node, const TraversalRay& ray) {
     far[a] = max_of(high, low);
   }
   const Float4 less = all_of(1 - kernels::kBoxSlack), more = all_of(1 + kernels::kBoxSlack);
-  const Float4 enter = max_of(max_of(near[0], near[1]), near[2]);
-  const Float4 leave = min_of(min_of(far[0], far[1]), far[2]);
+  const Float4 enter = max_of(near[2], max_of(near[1], max_of(near[0], all_of(-kernels::kUnlimited))));
+  const Float4 leave = min_of(far[2], min_of(far[1], min_of(far[0], all_of(kernels::kUnlimited))));
   const Float4 before = all_of(kernels::kLeastSlack), behind = all_of(-kernels::kLeastSlack);
   const Float4 first = min_of(enter * less, enter * more) - before;
   const Float4 last = max_of(leave * less, leave * more) - behind;

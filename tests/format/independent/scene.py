@@ -77,8 +77,8 @@ class Instance:
             x, y = (single(single(plane - o[a]) * inverse) for plane in (self.min[a], self.max[a]))
             near.append(least(x, y))
             far.append(largest(y, x))
-        enter = largest(largest(near[0], near[1]), near[2])
-        leave = least(least(far[0], far[1]), far[2])
+        enter = largest(near[2], largest(near[1], largest(near[0], -math.inf)))
+        leave = least(far[2], least(far[1], least(far[0], math.inf)))
         less, more = 1 - 2.0**-16, 1 + 2.0**-16
         first = single(least(single(enter * less), single(enter * more)) - 2.0**-130)
         last = single(largest(single(leave * less), single(leave * more)) + 2.0**-130)
@@ -171,7 +171,7 @@ class Scene:
                 hit.low = largest(hit.low, enter)
                 if hit.t < math.inf:
                     hit.t = largest(hit.t, enter)
-            lowest, highest = least(hit.low, best.low), least(hit.high, best.high)
+            lowest, highest = least(hit.low, best.low) + 0.0, least(hit.high, best.high) + 0.0
             if hit.t < best.t:  # of several at the same t the first
                 best, nearest = hit, instance
             best.low, best.high = lowest, highest
