@@ -225,6 +225,31 @@ TEST_P(AssetInformation, HasPartsThatAddUp) {
     }
 }
 
+/// Bytes of decoded triangles, of so many objects with so many triangles each.
+uint64_t decoded_bytes(uint32_t objects, uint32_t triangles) {
+  Random random(1);
+  format::Asset made;
+  const format::TrianglesData bvh = random_bvh(random, triangles);
+  for (uint32_t i = 0; i < objects; ++i) {
+    made.objects.push_back(object_of(bvh, "object " + std::to_string(i)));
+    made.objects.back().triangles = bvh;
+  }
+  const auto file = format::encode(made);
+  const nifkit::Device device("isa=auto");
+  const nifkit::Asset asset = nifkit::Asset::load(device, file);
+  for (const NifPartInfo& part : asset.parts())
+    if (std::string_view(part.name) == "decoded_triangles") return part.resident_bytes;
+  return 0;
+}
+
+TEST(DecodedTriangles, OfAnAssetFitIntoTheCacheTogetherOrThereAreNone) {
+  if (std::string_view(nifkit::Device("isa=auto").info().isa) == "scalar")
+    GTEST_SKIP() << "it decodes nothing";
+  EXPECT_GT(decoded_bytes(1, 50'000), 0u);
+  EXPECT_GT(decoded_bytes(4, 50'000), 3 * decoded_bytes(1, 50'000));
+  EXPECT_EQ(decoded_bytes(5, 50'000), 0u);
+}
+
 TEST_F(Assets, CodedAndUncodedAnswerAlike) {
   RandomAssetOptions options;
   options.coded = kCodedAll;

@@ -435,8 +435,8 @@ class Decoder {
 DecodedTree decode(const TrianglesField& field, size_t most_bytes, std::pmr::memory_resource* memory) {
   // Numbers of nodes and of triangles in leaves take 32 bits.
   most_bytes = size_t(std::min<uint64_t>(most_bytes, uint64_t{1} << 32));
-  // The size is not known before; but each triangle is stored, at best with three others.
-  if (size_t{field.triangle_count} * sizeof(DecodedLeaf) / kBvhLeafTriangles > most_bytes) return {};
+  // The size is not known before.
+  if (least_decoded_bytes(field.triangle_count) > most_bytes) return {};
   return Decoder(field, most_bytes, memory).run();
 }
 

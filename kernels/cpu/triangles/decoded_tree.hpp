@@ -20,6 +20,9 @@ namespace nif::kernels::cpu {
 /// An object is decoded if that takes at most this many bytes: some 85,000 triangles. Larger ones, out of a core's
 /// cache, are faster with few bytes (docs/results/cpu-kernels.md, "Decoded triangles").
 inline constexpr size_t kMostDecoded = size_t{8} << 20;
+/// Objects that are asked together, as those of an asset are, share the cache. If they have more triangles in all, not
+/// counting objects that are too large by themselves, none is decoded: some 16 MiB.
+inline constexpr size_t kMostTrianglesDecoded = 200'000;
 /// Defined if any is. On a web page the code is too much to download, and Highway lacks doubles there.
 #ifndef __wasm__
 #define NIF_DECODES
@@ -78,6 +81,11 @@ struct DecodedTree {
            large.capacity() * sizeof(LargeTriangle);
   }
 };
+
+/// At best each triangle is stored with three others.
+inline constexpr uint64_t least_decoded_bytes(uint64_t triangles) {
+  return triangles * sizeof(DecodedLeaf) / kBvhLeafTriangles;
+}
 
 /// Decodes an object if that takes at most `most_bytes`, else returns an empty tree.
 DecodedTree decode(const TrianglesField& field, size_t most_bytes, std::pmr::memory_resource* memory);

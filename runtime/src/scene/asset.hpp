@@ -24,10 +24,12 @@ struct NifAssetObject : nif::runtime::Object {
     const nif::format::FileParts parts = nif::format::bytes_by_part(view);
     for (size_t i = 0; i < parts.size(); ++i) file_parts[i] = parts[i].bytes;
     kernels.reserve(view.objects.size());
+    nif::runtime::KernelChoice choice = owner->configuration.kernels;
+    choice.decodes = nif::runtime::may_decode(view);
     for (const nif::format::ObjectView& object : view.objects)
-      kernels.push_back(object.unsupported ? nif::runtime::KernelPointer()
-                                           : nif::runtime::make_kernel(object, owner->configuration.kernels,
-                                                                       owner->memory(), copies));
+      kernels.push_back(object.unsupported
+                            ? nif::runtime::KernelPointer()
+                            : nif::runtime::make_kernel(object, choice, owner->memory(), copies));
     // Details of hits are looked up in the file's bytes, and a GPU reads them when a scene with this asset is
     // committed.
     bool read = device->gpu.has_value() || !view.numbers.empty() || !view.colors.empty();

@@ -3,6 +3,7 @@
 
 #include <stdexcept>
 
+#include "kernels/cpu/triangles/decoded_tree.hpp"
 #include "kernels/reference/kernel.hpp"
 #include "kernels/reference/reference_encodings.hpp"
 #ifdef NIF_HAS_SIMD
@@ -45,13 +46,23 @@ const kernels::cpu::StreamFunctions* stream_functions(Isa isa) {
   return nullptr;
 }
 
+bool may_decode(const format::AssetView& asset) {
+  uint64_t triangles = 0;
+  for (const format::ObjectView& object : asset.objects) {
+    const uint64_t own = object.triangles ? object.triangles->field.triangle_count : 0;
+    if (kernels::cpu::least_decoded_bytes(own) <= kernels::cpu::kMostDecoded) triangles += own;
+  }
+  return triangles <= kernels::cpu::kMostTrianglesDecoded;
+}
+
 KernelPointer make_kernel(const format::ObjectView& object, const KernelChoice& choice,
                           std::pmr::memory_resource* memory, SharedCopies& copies) {
   const kernels::AnyField field = field_of(object);
 #ifdef NIF_HAS_SIMD
   if (choice.isa != Isa::scalar) {
     kernels::cpu::KernelOptions options{kernels::cpu::Isa(int(choice.isa) - 1), memory, copies};
-    if (choice.least_memory) options.most_without_bricks = options.most_decoded = 0;
+    if (choice.least_memory) options.most_without_bricks = 0;
+    if (choice.least_memory || !choice.decodes) options.most_decoded = 0;
     if (KernelPointer kernel = kernels::cpu::make_kernel(field, options)) return kernel;
   }
 #else

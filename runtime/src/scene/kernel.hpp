@@ -25,7 +25,11 @@ Isa best_isa();
 struct KernelChoice {
   Isa isa = best_isa();
   bool least_memory = false;  ///< the smallest tables, at the cost of a little time
+  bool decodes = true;        ///< small objects with triangles are decoded; not with `least_memory`
 };
+
+/// Whether an asset's objects are few enough to be decoded: together they must stay in the cache.
+bool may_decode(const format::AssetView& asset);
 
 /// The view's memory and the asset's shared copies must outlive the kernel.
 kernels::KernelPointer make_kernel(const format::ObjectView& object, const KernelChoice& choice,
