@@ -46,13 +46,17 @@ const kernels::cpu::StreamFunctions* stream_functions(Isa isa) {
   return nullptr;
 }
 
-bool may_decode(const format::AssetView& asset) {
+bool may_decode([[maybe_unused]] const format::AssetView& asset) {
+#ifdef NIF_DECODES
   uint64_t triangles = 0;
   for (const format::ObjectView& object : asset.objects) {
     const uint64_t own = object.triangles ? object.triangles->field.triangle_count : 0;
     if (kernels::cpu::least_decoded_bytes(own) <= kernels::cpu::kMostDecoded) triangles += own;
   }
   return triangles <= kernels::cpu::kMostTrianglesDecoded;
+#else
+  return false;
+#endif
 }
 
 KernelPointer make_kernel(const format::ObjectView& object, const KernelChoice& choice,
