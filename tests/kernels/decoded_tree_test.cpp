@@ -40,7 +40,7 @@ std::vector<format::TrianglesData> trees() {
   all.push_back(RandomTree(same).pack(random));
   // A town on a ground of a few large triangles, on one plane, on slopes, and as slivers.
   for (const float slope : {0.0f, 0.3f, 1e-5f})
-    for (const float depth : {1.0f, 1e-4f}) {
+    for (const float depth : {1.0f, 1e-4f, 1e-9f, 1e-13f}) {
       Soup town = random_soup(random, 400, 0, 0.05f);
       const uint32_t first = uint32_t(town.positions.size());
       for (uint32_t i = 0; i < 8; ++i) {
