@@ -21,7 +21,7 @@ namespace nif::kernels::cpu {
 /// cache, are faster with few bytes (docs/results/cpu-kernels.md, "Decoded triangles").
 inline constexpr size_t kMostDecoded = size_t{8} << 20;
 /// Objects that are asked together, as those of an asset are, share the cache. If they have more triangles in all, not
-/// counting objects that are too large by themselves, none is decoded: some 16 MiB.
+/// counting objects that are too large by themselves, none is decoded: some 16 MiB (docs/results/cpu-kernels.md, "Cities").
 inline constexpr size_t kMostTrianglesDecoded = 200'000;
 /// Defined if any is. On a web page the code is too much to download, and Highway lacks doubles there.
 #ifndef __wasm__
@@ -51,15 +51,18 @@ static_assert(sizeof(DecodedLeaf) == 160);
 
 /// At most this many triangles are large. Each is a bit of a word.
 inline constexpr uint32_t kMostLarge = 16;
-/// A triangle is large if rays meet its box more often than this, of those that meet the object's.
+/// A triangle is large if at least this share of the rays that meet the object's box meet the triangle's; see
+/// docs/results/cpu-kernels.md, "Large triangles".
 inline constexpr double kLargeBox = 0.15;
 
+/// A triangle that is tested before the tree (docs/encodings/bvh.md, "Large triangles").
 struct alignas(16) LargeTriangle {
   float corners[3][4];  ///< by corner and axis; the last is 0
   float normal[4];      ///< of a plane, at most 1 along any axis; the last is 0
   float offset;         ///< the plane's: for its points, normal times point is this
   float flatness;       ///< for the triangle's points, it is off by at most this
-  float steepness;  ///< rays whose slope is at most this times their padding squared must not use the plane
+  /// Rays whose slope is at most this times their padding squared must not use the plane. Infinity: no ray may.
+  float steepness;
 };
 
 /// A box around kBvhLeafTriangles large triangles that follow each other, or around the last ones.

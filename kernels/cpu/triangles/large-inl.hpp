@@ -1,7 +1,8 @@
 // Tests the large triangles of a decoded object, which are not in its tree: a ray in each lane, in single precision, if
 // that surely gives the reference's answer.
 //
-// The arithmetic is that of leaves-inl.hpp, with its bounds of rounding.
+// Depths come from the triangle's plane: docs/encodings/bvh.md, "Large
+// triangles", derives their bounds.
 //
 // Compiled once for each target.
 #if defined(NIF_BVH_LARGE_INL) == defined(HWY_TARGET_TOGGLE)
@@ -15,12 +16,13 @@
 
 #include "kernels/cpu/triangles/decoded_tree.hpp"
 #include "kernels/cpu/triangles/rays-inl.hpp"
+#include "kernels/cpu/triangles/sides-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace nif::kernels::cpu::HWY_NAMESPACE {
 
-/// The slope of a ray against a plane is off by at most this.
-constexpr float kSlopeError = 24 * 0x1p-24f;
+/// Times its depth, how far off the depth is at which a ray passes a plane, by its slope and by rounding.
+constexpr float kDepthError = 24 * 0x1p-24f;
 
 /// Which rays of a vector meet a triangle.
 struct LargeTest {
@@ -60,7 +62,8 @@ HWY_INLINE bool any_meets_box(const DecodedTree& tree, uint32_t first, const See
   return (bits_of(boxes.meet(box.low, box.high)) & rays.asked) != 0;
 }
 
-/// Tests a triangle: first where rays pass its plane, then on which sides of its edges.
+/// Tests a triangle: first where rays pass its plane, then on which sides of its edges. Depths of rays that do not meet it
+/// mean nothing.
 HWY_INLINE LargeTest test_large(const LargeTriangle& triangle, const SeenRays& rays, const LargeOrder& order,
                                 LargeDepths& depths) {
   const Floats d;
@@ -74,7 +77,7 @@ HWY_INLINE LargeTest test_large(const LargeTriangle& triangle, const SeenRays& r
   const auto middle = hn::Mul(distance, inverse);
   const auto twice = hn::Add(rays.padding, rays.padding);
   const auto off = hn::Mul(
-      hn::MulAdd(hn::Abs(middle), hn::Set(d, kSlopeError), hn::Add(twice, hn::Set(d, triangle.flatness))),
+      hn::MulAdd(hn::Abs(middle), hn::Set(d, kDepthError), hn::Add(twice, hn::Set(d, triangle.flatness))),
       hn::Abs(inverse));
   // Else the plane says too little: the reference's sides may add up to nothing.
   const auto steep =
@@ -101,15 +104,9 @@ HWY_INLINE LargeTest test_large(const LargeTriangle& triangle, const SeenRays& r
     y[k] = hn::NegMulAdd(z, rays.shear[1], hn::Sub(order(vertex, 1), rays.origin[1]));
     size = hn::Add(size, hn::Add(hn::Abs(x[k]), hn::Abs(y[k])));
   }
-  const auto u = hn::NegMulAdd(y[2], x[1], hn::Mul(x[2], y[1]));
-  const auto v = hn::NegMulAdd(y[0], x[2], hn::Mul(x[0], y[2]));
-  const auto w = hn::NegMulAdd(y[1], x[0], hn::Mul(x[1], y[0]));
-  const auto error = hn::MulAdd(size, rays.error[0], rays.error[1]), other = hn::Neg(error);
-  const auto least_side = hn::Min(hn::Min(u, v), w), most_side = hn::Max(hn::Max(u, v), w);
-  const auto missed = hn::And(hn::Lt(least_side, other), hn::Gt(most_side, error));
-  const auto inside = hn::Or(hn::Gt(least_side, error), hn::Lt(most_side, other));
+  const auto sides = edge_sides(x, y, size, rays.error[0], rays.error[1]);
   const auto within = hn::And(hn::Le(rays.begin, low), hn::Le(high, rays.end));
-  return {hn::Not(hn::Or(missed, outside)), hn::And(inside, within)};
+  return {hn::Not(hn::Or(sides.missed, outside)), hn::And(sides.inside, within)};
 }
 
 }  // namespace nif::kernels::cpu::HWY_NAMESPACE

@@ -15,6 +15,7 @@
 
 #include "kernels/cpu/triangles/decoded_tree.hpp"
 #include "kernels/cpu/triangles/exact_hits-inl.hpp"
+#include "kernels/cpu/triangles/sides-inl.hpp"
 #include "kernels/cpu/triangles/triangles-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -80,13 +81,10 @@ HWY_INLINE TriangleCorners corners_of(const DecodedLeaf& leaf, uint32_t i) {
   return triangle;
 }
 
-/// The corners of triangles, sheared: seen along the ray, which is the origin. And on which sides of the edges the
-/// ray passes.
+/// Triangles seen along the ray, from its origin.
 struct SeenLeaf {
-  hn::Vec<Four> z[3];             ///< by corner
-  hn::Vec<Four> side[3];          ///< by the corner across the edge
-  hn::Vec<Four> error;            ///< of sides, at most
-  hn::Mask<Four> missed, inside;  ///< surely
+  hn::Vec<Four> z[3];  ///< of the corners
+  EdgeSides<hn::Vec<Four>> sides;
 };
 
 HWY_INLINE SeenLeaf see(const DecodedLeaf& leaf, const DecodedRay& ray) {
@@ -123,18 +121,7 @@ HWY_INLINE SeenLeaf see(const DecodedLeaf& leaf, const DecodedRay& ray) {
     size = hn::Add(size, hn::Add(hn::Abs(x[k]), hn::Abs(y[k])));
   }
 #endif
-  const auto u = hn::NegMulAdd(y[2], x[1], hn::Mul(x[2], y[1]));
-  const auto v = hn::NegMulAdd(y[0], x[2], hn::Mul(x[0], y[2]));
-  const auto w = hn::NegMulAdd(y[1], x[0], hn::Mul(x[1], y[0]));
-  const auto error = hn::MulAdd(size, hn::Set(d, ray.error[0]), hn::Set(d, ray.error[1]));
-  const auto least = hn::Min(hn::Min(u, v), w), most = hn::Max(hn::Max(u, v), w);
-  const auto other = hn::Neg(error);
-  seen.side[0] = u;
-  seen.side[1] = v;
-  seen.side[2] = w;
-  seen.error = error;
-  seen.missed = hn::And(hn::Lt(least, other), hn::Gt(most, error));
-  seen.inside = hn::Or(hn::Gt(least, error), hn::Lt(most, other));
+  seen.sides = edge_sides(x, y, size, hn::Set(d, ray.error[0]), hn::Set(d, ray.error[1]));
   return seen;
 }
 
@@ -151,7 +138,8 @@ HWY_INLINE LeafTest test_leaf(const DecodedLeaf& leaf, const DecodedRay& ray) {
   const auto most = hn::Max(hn::Max(seen.z[0], seen.z[1]), seen.z[2]);
   const auto outside = hn::Or(hn::Lt(most, hn::Set(d, ray.first)), hn::Gt(least, hn::Set(d, ray.last)));
   const auto within = hn::And(hn::Ge(least, hn::Set(d, ray.begin)), hn::Le(most, hn::Set(d, ray.end)));
-  return {bits_of_four(hn::Or(seen.missed, outside)) ^ 15, bits_of_four(hn::And(seen.inside, within))};
+  return {bits_of_four(hn::Or(seen.sides.missed, outside)) ^ 15,
+          bits_of_four(hn::And(seen.sides.inside, within))};
 }
 
 /// The depths at which a ray passes triangles, in its direction.
@@ -168,14 +156,15 @@ HWY_INLINE LeafDepths depths_of(const DecodedLeaf& leaf, const DecodedRay& ray) 
   const auto z0 = hn::Xor(seen.z[0], sign), z1 = hn::Xor(seen.z[1], sign), z2 = hn::Xor(seen.z[2], sign);
   const auto least = hn::Min(hn::Min(z0, z1), z2), most = hn::Max(hn::Max(z0, z1), z2);
   const auto padding = hn::Set(d, ray.padding), slack = hn::Mul(padding, hn::Set(d, 4.0f));
-  const auto sum = hn::Add(hn::Add(seen.side[0], seen.side[1]), seen.side[2]);
+  const auto sum = hn::Add(hn::Add(seen.sides.side[0], seen.sides.side[1]), seen.sides.side[2]);
   const auto inverse = hn::Div(hn::Set(d, 1.0f), sum);
-  const auto wide = hn::And(seen.inside, hn::Gt(hn::Abs(sum), hn::Mul(hn::Set(d, 16.0f), seen.error)));
+  const auto wide =
+      hn::And(seen.sides.inside, hn::Gt(hn::Abs(sum), hn::Mul(hn::Set(d, 16.0f), seen.sides.error)));
   // Weights first, which are 0 to 1: sides times depths may be too small or too large for a float.
-  const auto mean =
-      hn::MulAdd(hn::Mul(seen.side[0], inverse), z0,
-                 hn::MulAdd(hn::Mul(seen.side[1], inverse), z1, hn::Mul(hn::Mul(seen.side[2], inverse), z2)));
-  const auto error = hn::MulAdd(hn::Mul(hn::Mul(hn::Set(d, 8.0f), seen.error), hn::Abs(inverse)),
+  const auto mean = hn::MulAdd(hn::Mul(seen.sides.side[0], inverse), z0,
+                               hn::MulAdd(hn::Mul(seen.sides.side[1], inverse), z1,
+                                          hn::Mul(hn::Mul(seen.sides.side[2], inverse), z2)));
+  const auto error = hn::MulAdd(hn::Mul(hn::Mul(hn::Set(d, 8.0f), seen.sides.error), hn::Abs(inverse)),
                                 hn::Sub(most, least), hn::Add(padding, padding));
   const auto low = hn::IfThenElse(wide, hn::Sub(mean, error), hn::Sub(least, slack));
   const auto high = hn::IfThenElse(wide, hn::Add(mean, error), hn::Add(most, slack));
@@ -185,8 +174,8 @@ HWY_INLINE LeafDepths depths_of(const DecodedLeaf& leaf, const DecodedRay& ray) 
   const auto begin = hn::Set(d, ray.depth_begin), end = hn::Set(d, ray.depth_end);
   const auto outside = hn::Or(hn::Lt(hn::Add(high, slack), begin), hn::Gt(hn::Sub(low, slack), end));
   const auto within = hn::And(hn::Le(begin, low), hn::Le(high, end));
-  depths.open = bits_of_four(hn::Or(seen.missed, outside)) ^ 15;
-  depths.met = bits_of_four(hn::And(seen.inside, within));
+  depths.open = bits_of_four(hn::Or(seen.sides.missed, outside)) ^ 15;
+  depths.met = bits_of_four(hn::And(seen.sides.inside, within));
   return depths;
 }
 

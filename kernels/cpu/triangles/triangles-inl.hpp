@@ -16,6 +16,7 @@
 #include <hwy/highway.h>
 
 #include "kernels/cpu/triangles/rays-inl.hpp"
+#include "kernels/cpu/triangles/sides-inl.hpp"
 #include "kernels/reference/batch.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -161,16 +162,13 @@ HWY_INLINE LeafSides sides_of(const ReadyRay& ray, const float* const vertices[3
   const Four d;
   const LeafRay from(ray);
   const Corner a = from.corner(vertices[0]), b = from.corner(vertices[1]), c = from.corner(vertices[2]);
-  const auto u = hn::NegMulAdd(c.y, b.x, hn::Mul(c.x, b.y));
-  const auto v = hn::NegMulAdd(a.y, c.x, hn::Mul(a.x, c.y));
-  const auto w = hn::NegMulAdd(b.y, a.x, hn::Mul(b.x, a.y));
-  const auto size = LeafRay::sum(a.size, b.size, c.size);
-  const auto error = hn::MulAdd(size, hn::Set(d, ray.shear[2]), hn::Set(d, ray.shear[3]));
-  const auto least = hn::Min(hn::Min(u, v), w), most = hn::Max(hn::Max(u, v), w);
-  const auto other = hn::Neg(error);
-  const auto missed = hn::And(hn::Lt(least, other), hn::Gt(most, error));
-  const auto inside = hn::Or(hn::Gt(least, error), hn::Lt(most, other));
-  return {bits_of_four(missed) ^ 15, bits_of_four(inside), {u, v, w}, error};
+  const hn::Vec<Four> x[3] = {a.x, b.x, c.x}, y[3] = {a.y, b.y, c.y};
+  const auto sides = edge_sides(x, y, LeafRay::sum(a.size, b.size, c.size), hn::Set(d, ray.shear[2]),
+                                hn::Set(d, ray.shear[3]));
+  return {bits_of_four(sides.missed) ^ 15,
+          bits_of_four(sides.inside),
+          {sides.side[0], sides.side[1], sides.side[2]},
+          sides.error};
 }
 
 /// A ray at a node.
