@@ -15,6 +15,20 @@ constexpr std::pair<Preset, std::string_view> kPresets[] = {
 constexpr std::pair<Preference, std::string_view> kPreferences[] = {{Preference::speed, "speed"},
                                                                     {Preference::bytes, "bytes"}};
 
+template <class Value, size_t kSize>
+std::string_view name_in(const std::pair<Value, std::string_view> (&table)[kSize], Value value) {
+  for (const auto& [known, name] : table)
+    if (known == value) return name;
+  return {};
+}
+template <class Value, size_t kSize>
+std::optional<Value> named_in(const std::pair<Value, std::string_view> (&table)[kSize],
+                              std::string_view name) {
+  for (const auto& [value, known] : table)
+    if (known == name) return value;
+  return std::nullopt;
+}
+
 struct EncodingChoice {
   std::string_view name, help;
   bool automatic, grids;
@@ -30,29 +44,10 @@ constexpr auto& kEncodings = OfEncoders<ChoicesOf>::kAll;
 
 }  // namespace
 
-std::string_view name_of(Preset preset) {
-  for (const auto& [known, name] : kPresets)
-    if (known == preset) return name;
-  return {};
-}
-
-std::optional<Preset> preset_named(std::string_view name) {
-  for (const auto& [preset, known] : kPresets)
-    if (known == name) return preset;
-  return std::nullopt;
-}
-
-std::string_view name_of(Preference preference) {
-  for (const auto& [known, name] : kPreferences)
-    if (known == preference) return name;
-  return {};
-}
-
-std::optional<Preference> preference_named(std::string_view name) {
-  for (const auto& [preference, known] : kPreferences)
-    if (known == name) return preference;
-  return std::nullopt;
-}
+std::string_view name_of(Preset preset) { return name_in(kPresets, preset); }
+std::optional<Preset> preset_named(std::string_view name) { return named_in(kPresets, name); }
+std::string_view name_of(Preference preference) { return name_in(kPreferences, preference); }
+std::optional<Preference> preference_named(std::string_view name) { return named_in(kPreferences, name); }
 
 std::vector<std::string_view> encoding_choices() {
   std::vector<std::string_view> names{kAutomatic};
