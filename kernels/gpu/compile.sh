@@ -47,7 +47,6 @@ if [[ ${1-} == --check ]]; then
   check=1
   shift
   [[ ${1-} == gfx* ]] || { echo "kernels/gpu/compile.sh: --check is for AMD targets, not '${1-}'" >&2 && exit 2; }
-  set -- "$1" /tmp
 fi
 case ${1-} in
   '' | -h | --help) sed -n '2,/^set /{/^set /d;s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}" && exit 0 ;;
@@ -57,7 +56,7 @@ case ${1-} in
 esac
 [[ $1 != --compiler ]] || exit 0
 target=$1 folder=${2-}
-[[ -d $folder ]] || { echo "kernels/gpu/compile.sh: there is no folder '$folder'" >&2 && exit 2; }
+((check)) || [[ -d $folder ]] || { echo "kernels/gpu/compile.sh: there is no folder '$folder'" >&2 && exit 2; }
 compiler=$(find_compiler "$target") || { echo "kernels/gpu/compile.sh: no compiler for $target" >&2 && exit 3; }
 
 # The answer is defined without fused multiply-add, and with correctly rounded divisions and square roots. On
