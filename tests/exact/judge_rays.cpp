@@ -13,16 +13,15 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <ctime>
 #include <filesystem>
 #include <fstream>
-#include <iomanip>
 #include <mutex>
 #include <stdexcept>
 #include <thread>
 
 #include "tests/exact/cases.hpp"
 #include "tests/exact/judge.hpp"
+#include "tests/exact/program.hpp"
 
 namespace {
 
@@ -38,33 +37,29 @@ struct Options {
 
 Options parse(int argc, char** argv) {
   Options options;
-  for (int i = 1; i < argc; ++i) {
-    const std::string key = argv[i];
-    const auto next = [&] {
-      if (++i >= argc) throw std::invalid_argument(key + " wants a value");
-      return argv[i];
-    };
+  for (Arguments arguments(argc, argv); arguments.more();) {
+    const std::string key = arguments.key();
     if (key == "--seconds") {
-      options.seconds = std::atof(next());
+      options.seconds = std::atof(arguments.value());
     } else if (key == "--seed") {
-      options.seed = std::strtoull(next(), nullptr, 10);
+      options.seed = arguments.number();
     } else if (key == "--cases") {
-      options.first = std::strtoull(next(), nullptr, 10);
-      options.count = std::strtoull(next(), nullptr, 10);
+      options.first = arguments.number();
+      options.count = arguments.number();
     } else if (key == "--rays") {
-      options.rays = uint32_t(std::strtoul(next(), nullptr, 10));
+      options.rays = uint32_t(arguments.number());
     } else if (key == "--threads") {
-      options.threads = uint32_t(std::strtoul(next(), nullptr, 10));
+      options.threads = uint32_t(arguments.number());
     } else if (key == "--first") {
       options.until_wrong = true;
     } else if (key == "--gpu") {
-      options.module = next();
+      options.module = arguments.value();
     } else if (key == "--gpu-rays") {
-      options.gpu_rays = uint32_t(std::strtoul(next(), nullptr, 10));
+      options.gpu_rays = uint32_t(arguments.number());
     } else if (key == "--log") {
-      options.log = next();
+      options.log = arguments.value();
     } else if (key == "--keep") {
-      options.keep = next();
+      options.keep = arguments.value();
     } else {
       throw std::invalid_argument("unknown option '" + key + "'");
     }
@@ -88,24 +83,14 @@ class Run {
         "%llu answers; %llu wrong\n",
         to_print(options_.seed), to_print(cases_), now() - start, to_print(tally_.refused),
         to_print(tally_.rays), to_print(tally_.certain), to_print(tally_.answers), to_print(wrong_));
-    if (!options_.log.empty()) log();
+    if (!options_.log.empty())
+      add_to_log(options_.log, {tally_.rays, tally_.certain, tally_.answers, wrong_});
     return wrong_ != 0;
   }
 
  private:
-  static unsigned long long to_print(uint64_t n) { return n; }
   static double now() {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-  }
-
-  void log() const {
-    const std::time_t time = std::time(nullptr);
-    std::tm day{};
-    localtime_r(&time, &day);
-    std::ofstream file(options_.log, std::ios::app);
-    file << std::put_time(&day, "%F") << '\t' << tally_.rays << '\t' << tally_.certain << '\t'
-         << tally_.answers << '\t' << wrong_ << '\n';
-    if (!file.flush()) throw std::runtime_error(options_.log + " cannot be written");
   }
 
   void work() {
@@ -156,12 +141,6 @@ class Run {
 
 }  // namespace
 
-int main(int argc, char** argv) try {
-  return Run(parse(argc, argv))();
-} catch (const std::invalid_argument& error) {
-  std::fprintf(stderr, "judge_rays: %s\n", error.what());
-  return 2;
-} catch (const std::exception& error) {
-  std::fprintf(stderr, "judge_rays: %s\n", error.what());
-  return 1;
+int main(int argc, char** argv) {
+  return run_program("judge_rays", [&] { return Run(parse(argc, argv))(); });
 }

@@ -10,14 +10,12 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
-#include <fstream>
-#include <iomanip>
 #include <mutex>
 #include <stdexcept>
 #include <thread>
 
 #include "tests/exact/compare_scene.hpp"
+#include "tests/exact/program.hpp"
 
 namespace {
 
@@ -31,24 +29,20 @@ struct Options {
 
 Options parse(int argc, char** argv) {
   Options options;
-  for (int i = 1; i < argc; ++i) {
-    const std::string key = argv[i];
-    const auto next = [&] {
-      if (++i >= argc) throw std::invalid_argument(key + " wants a value");
-      return argv[i];
-    };
+  for (Arguments arguments(argc, argv); arguments.more();) {
+    const std::string key = arguments.key();
     if (key == "--rays") {
-      options.rays = std::strtoull(next(), nullptr, 10);
+      options.rays = arguments.number();
     } else if (key == "--seed") {
-      options.seed = std::strtoull(next(), nullptr, 10);
+      options.seed = arguments.number();
     } else if (key == "--threads") {
-      options.threads = std::max(1u, uint32_t(std::strtoul(next(), nullptr, 10)));
+      options.threads = std::max(1u, uint32_t(arguments.number()));
     } else if (key == "--scenes") {
-      options.first = std::strtoull(next(), nullptr, 10);
-      options.count = std::strtoull(next(), nullptr, 10);
+      options.first = arguments.number();
+      options.count = arguments.number();
       options.rays = UINT64_MAX;
     } else if (key == "--log") {
-      options.log = next();
+      options.log = arguments.value();
     } else {
       throw std::invalid_argument("unknown option '" + key + "'");
     }
@@ -73,23 +67,11 @@ class Run {
         to_print(options_.seed), to_print(scenes_), seconds.count(), to_print(tally_.rays),
         to_print(tally_.certain), to_print(tally_.hit), to_print(tally_.open), to_print(tally_.answers),
         to_print(tally_.differing));
-    if (!options_.log.empty()) log();
+    if (!options_.log.empty()) add_to_log(options_.log, {scenes_, tally_.rays, tally_.differing});
     return tally_.differing != 0;
   }
 
  private:
-  static unsigned long long to_print(uint64_t n) { return n; }
-
-  void log() const {
-    const std::time_t time = std::time(nullptr);
-    std::tm day{};
-    localtime_r(&time, &day);
-    std::ofstream file(options_.log, std::ios::app);
-    file << std::put_time(&day, "%F") << '\t' << scenes_ << '\t' << tally_.rays << '\t' << tally_.differing
-         << '\n';
-    if (!file.flush()) throw std::runtime_error(options_.log + " cannot be written");
-  }
-
   void work() try {
     const std::vector<std::vector<Way>> ways = make_scene_ways();
     for (;;) {
@@ -119,12 +101,6 @@ class Run {
 
 }  // namespace
 
-int main(int argc, char** argv) try {
-  return Run(parse(argc, argv))();
-} catch (const std::invalid_argument& error) {
-  std::fprintf(stderr, "scene_rays: %s\n", error.what());
-  return 2;
-} catch (const std::exception& error) {
-  std::fprintf(stderr, "scene_rays: %s\n", error.what());
-  return 1;
+int main(int argc, char** argv) {
+  return run_program("scene_rays", [&] { return Run(parse(argc, argv))(); });
 }

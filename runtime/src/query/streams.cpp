@@ -5,7 +5,7 @@ namespace nif::runtime {
 namespace {
 
 /// Scenes with more nodes in their hierarchy, which have some 3,000 instances, go in rounds: few rays of a
-/// batch meet the same box.
+/// batch meet the same box (docs/results/cpu-kernels.md, "Cities").
 constexpr size_t kMostNodesForStreams = 1024;
 /// So do fewer rays than fill a vector.
 constexpr uint32_t kFewForStreams = 8;
