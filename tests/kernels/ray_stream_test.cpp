@@ -186,6 +186,7 @@ TEST_P(RayStreams, JoinHitsAsTheScalarCodeDoes) {
       const uint32_t number = random.below(3) == 0 ? 0x7ffffffeu : random.below(5);
       const float reach_scale = round % 4 == 0 ? 1e4f : 1.0f;
       std::vector<kernels::SceneHit> expected(count);
+      std::vector<bool> shortened;
       for (uint32_t i = 0; i < count; ++i) {
         kernels::SceneHit before;
         before.add(random_hit(random), random.below(5));
@@ -205,8 +206,10 @@ TEST_P(RayStreams, JoinHitsAsTheScalarCodeDoes) {
             {stream_->inverse[0][entry], stream_->inverse[1][entry], stream_->inverse[2][entry]}};
         kernels::begin_in_box(hit, kernels::pass_box(box, ray_of(*stream_, entry), prepared).enter);
         const uint32_t instance_before = expected[i].instance;
+        const float high_before = expected[i].high;
         expected[i].add(hit, number);
         (expected[i].instance == instance_before ? kept : changed) += 1;
+        shortened.push_back(expected[i].high < high_before);
       }
       functions().join(*stream_, box,
                        {.entries = entries_,
@@ -221,6 +224,20 @@ TEST_P(RayStreams, JoinHitsAsTheScalarCodeDoes) {
         ASSERT_EQ(std::memcmp(&found, &wanted, sizeof(found)), 0) << found.t << ' ' << wanted.t;
         ASSERT_EQ(instances[i], expected[i].instance);
       }
+      uint32_t dropped = 0;
+      for (uint32_t k = 0; k < local_->count; ++k) {
+        // A new proven hit ends the ray.
+        const uint32_t entry = entries_[k], i = stream_->ray[entry];
+        const Segment ray = segment_of(*batch_, i);
+        const float end = kernels::min_of(hits->high[i], ray.tmax);
+        if (shortened[k])
+          ASSERT_TRUE(ray.tmin <= end ? stream_->tmax[entry] == end
+                                      : !(stream_->tmin[entry] <= stream_->tmax[entry]));
+        else
+          ASSERT_EQ(stream_->tmax[entry], ray.tmax);
+        dropped += shortened[k] && !(ray.tmin <= end);
+      }
+      ASSERT_EQ(stream_->dropped, dropped);
     }
   EXPECT_GT(changed, 500u);
   EXPECT_GT(kept, 500u);

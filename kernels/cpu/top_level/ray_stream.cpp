@@ -235,7 +235,7 @@ HWY_INLINE hn::Mask<Floats> stay_certain(const RayStream& stream, const StreamHi
                  hn::Le(spread, hn::Mul(hn::Set(d, 4.0f), steepest)));
 }
 
-void join_hits(const RayStream& stream, const WorldBox& box, const StreamHits& added, HitBatch& hits,
+void join_hits(RayStream& stream, const WorldBox& box, const StreamHits& added, HitBatch& hits,
                uint32_t* instances) {
   const Floats d;
   const Ints di;
@@ -271,13 +271,19 @@ void join_hits(const RayStream& stream, const WorldBox& box, const StreamHits& a
     alignas(64) float ts[kLanes], lows[kLanes], highs[kLanes];
     alignas(64) uint32_t rays[kLanes];
     hn::Store(t, d, ts);
-    hn::Store(hn::Add(min_of(low, of_batch(hits.low)), hn::Zero(d)), d, lows);
-    hn::Store(hn::Add(min_of(high, of_batch(hits.high)), hn::Zero(d)), d, highs);
+    const auto low_before = of_batch(hits.low), high_before = of_batch(hits.high);
+    low = hn::Add(min_of(low, low_before), hn::Zero(d));
+    high = hn::Add(min_of(high, high_before), hn::Zero(d));
+    hn::Store(low, d, lows);
+    hn::Store(high, d, highs);
     put_words(ray, rays, 0);
-    const uint32_t count = added.local.count - k < kLanes ? added.local.count - k : kLanes;
-    for (uint32_t lane = 0; lane < count; ++lane) {
-      hits.low[rays[lane]] = lows[lane];
+    for (uint32_t lanes = bits_of(hn::Lt(low, low_before)) & present; lanes != 0; lanes &= lanes - 1)
+      hits.low[rays[lowest_bit(lanes)]] = lows[lowest_bit(lanes)];
+    for (uint32_t lanes = bits_of(hn::Lt(high, high_before)) & present; lanes != 0; lanes &= lanes - 1) {
+      const uint32_t lane = lowest_bit(lanes), entry = added.entries[k + lane];
       hits.high[rays[lane]] = highs[lane];
+      stream.tmax[entry] = kernels::min_of(highs[lane], stream.tmax[entry]);
+      if (!(stream.tmin[entry] <= stream.tmax[entry])) stream.drop(entry);
     }
     for (uint32_t lanes = bits_of(nearer) & present; lanes != 0; lanes &= lanes - 1) {
       const uint32_t lane = lowest_bit(lanes), i = rays[lane];

@@ -64,8 +64,9 @@ struct StreamFunctions {
   /// [kBatchRoom].
   void (*narrow)(const RayStream& stream, const WorldBox& box, RayStream& narrowed, uint32_t* entries);
   /// Adds hits to those of the batch, `hits` and `instances`, as SceneHit::add() does: proofs hold if they do in
-  /// the world, and nothing is met before the instance's box.
-  void (*join)(const RayStream& stream, const WorldBox& box, const StreamHits& added, HitBatch& hits,
+  /// the world, and nothing is met before the instance's box. Entries end at the proven hit, because a box that
+  /// begins beyond it cannot hold the first one.
+  void (*join)(RayStream& stream, const WorldBox& box, const StreamHits& added, HitBatch& hits,
                uint32_t* instances);
   /// Removes the entries that were dropped, or whose tmax is below their tmin.
   void (*pack)(RayStream& stream);

@@ -88,12 +88,13 @@ class HitStreams final : public StreamTraversal {
   using StreamTraversal::StreamTraversal;
 
  private:
-  void ask(const Pair* pairs, uint32_t count, const RayStream& stream) override {
-    const Instance& instance = scene_.instances[pairs[0].instance];
+  void ask(uint32_t number, RayStream& stream) override {
+    const Instance& instance = scene_.instances[number];
     const PlacedObject& object = scene_.objects[instance.object];
-    for (uint32_t k = 0; k < count; ++k) {
-      area_.object_rays.tmax[k] = area_.rays.tmax[pairs[k].ray];
-      area_.hit_limit[k] = area_.hits.high[pairs[k].ray];
+    for (uint32_t k = 0; k < area_.object_rays.count; ++k) {
+      const uint32_t i = stream.ray[area_.entries[k]];
+      area_.object_rays.tmax[k] = area_.rays.tmax[i];
+      area_.hit_limit[k] = area_.hits.high[i];
     }
     object.kernel->intersect(area_.object_rays, area_.hit_limit, area_.object_hits, area_.kernel_scratch);
     scene_.device->streams->join(stream, scene_.hierarchy.box(instance.place),
@@ -101,7 +102,7 @@ class HitStreams final : public StreamTraversal {
                                   .local = area_.object_rays,
                                   .met = area_.object_hits,
                                   .instance = instance,
-                                  .number = pairs[0].instance,
+                                  .number = number,
                                   .reach_scale = object.reach_scale},
                                  area_.hits, area_.hit_instance);
   }
@@ -117,11 +118,10 @@ class HitStreams final : public StreamTraversal {
 
 void intersect_instances(const NifSceneObject& scene, bool masked, WorkArea& area) {
   const auto [in_streams, active] = start_batch(scene, masked, area);
-  for (uint32_t i = 0; i < area.rays.count; ++i) {
-    SceneHit hit;
-    if (!area.misses[i]) kernels::forget_proof(hit);
-    set_scene_hit(area, i, hit);
-  }
+  fill_hits(area.hits, area.rays.count, SceneHit());
+  std::fill_n(area.hit_instance, area.rays.count, kNoInstance);
+  for (uint32_t i = 0; i < area.rays.count; ++i)
+    if (!area.misses[i]) area.hits.low[i] = -kNoHit;
   if (in_streams) {
     HitStreams(scene, area).run();
   } else {

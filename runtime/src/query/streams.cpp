@@ -1,6 +1,8 @@
 // Goes down the hierarchy depth first, with streams that narrow on the way.
 #include "query/streams.hpp"
 
+#include <algorithm>
+
 namespace nif::runtime {
 namespace {
 
@@ -20,9 +22,14 @@ bool has_inner_children(const Node& node) {
 void start_stream(const NifSceneObject& scene, bool masked, WorkArea& area) {
   RayStream& stream = area.streams[0];
   scene.device->streams->start(area.rays, masked ? area.mask : nullptr, stream);
-  for (uint32_t i = 0; i < area.rays.count; ++i)
-    area.misses[i] = area.rays.tmin[i] > area.rays.tmax[i] && !scene.unproven;
-  for (uint32_t k = 0; k < stream.count; ++k) area.misses[stream.ray[k]] = !scene.unproven;
+  std::fill_n(area.misses, area.rays.count, uint8_t(!scene.unproven));
+  if (stream.count == area.rays.count) return;
+  for (uint32_t i = 0, k = 0; i < area.rays.count; ++i) {
+    if (k < stream.count && stream.ray[k] == i)
+      ++k;
+    else
+      area.misses[i] &= uint8_t(area.rays.tmin[i] > area.rays.tmax[i]);
+  }
 }
 
 }  // namespace
@@ -64,7 +71,8 @@ void StreamTraversal::narrow(uint32_t node, const kernels::WorldBox& box, uint32
   const uint32_t count = narrowed.count;
   if (count == 0) return;
   visit(node, level + 1);
-  update_and_pack(stream, entries, count);
+  update(stream, entries, count);
+  pack(stream);
 }
 
 void StreamTraversal::meet(uint32_t number, const kernels::WorldBox& box, uint32_t level) {
@@ -74,17 +82,13 @@ void StreamTraversal::meet(uint32_t number, const kernels::WorldBox& box, uint32
       stream,
       {.box = box, .to_object = instance.identity ? nullptr : &instance.to_object, .mask = instance.mask},
       area_.object_rays, area_.entries);
-  const uint32_t count = area_.object_rays.count;
-  if (count == 0) return;
-  for (uint32_t k = 0; k < count; ++k)
-    area_.pairs[0][k] = {instance.object, number, stream.ray[area_.entries[k]]};
-  ask(area_.pairs[0], count, stream);
-  update_and_pack(stream, area_.entries, count);
+  if (area_.object_rays.count == 0) return;
+  ask(number, stream);
+  pack(stream);
 }
 
 /// Packs the stream once enough of it is dropped.
-void StreamTraversal::update_and_pack(RayStream& stream, const uint32_t* entries, uint32_t count) {
-  update(stream, entries, count);
+void StreamTraversal::pack(RayStream& stream) const {
   if (8 * stream.dropped >= stream.count) scene_.device->streams->pack(stream);
 }
 

@@ -25,10 +25,10 @@ class StreamTraversal {
 
  protected:
   ~StreamTraversal() = default;
-  /// Queries the object of some pairs. Pair k is that of entry area_.entries[k] of the stream, which is
-  /// area_.object_rays[k] in object space.
-  virtual void ask(const Pair* pairs, uint32_t count, const RayStream& stream) = 0;
-  /// Something was asked for the rays of these entries: drops those that are decided, or shortens them.
+  /// Queries the object of an instance with area_.object_rays, of which ray k is entry area_.entries[k] of the
+  /// stream. Drops the entries that are decided, or shortens them.
+  virtual void ask(uint32_t instance, RayStream& stream) = 0;
+  /// The rays of these entries were asked in a narrower stream: does the same with what came of it.
   virtual void update(RayStream& stream, const uint32_t* entries, uint32_t count) = 0;
 
   const NifSceneObject& scene_;
@@ -38,7 +38,7 @@ class StreamTraversal {
   void visit(uint32_t node, uint32_t level);
   void narrow(uint32_t node, const kernels::WorldBox& box, uint32_t level);
   void meet(uint32_t instance, const kernels::WorldBox& box, uint32_t level);
-  void update_and_pack(RayStream& stream, const uint32_t* entries, uint32_t count);
+  void pack(RayStream& stream) const;
 };
 
 }  // namespace nif::runtime

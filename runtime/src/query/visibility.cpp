@@ -94,8 +94,25 @@ class VisibilityStreams final : public StreamTraversal {
       : StreamTraversal(scene, area), wanted_(wanted) {}
 
  private:
-  void ask(const Pair* pairs, uint32_t count, const RayStream&) override {
-    ask_object(scene_, wanted_, pairs, count, area_);
+  void ask(uint32_t number, RayStream& stream) override {
+    const Instance& instance = scene_.instances[number];
+    const uint32_t count = area_.object_rays.count, *entries = area_.entries;
+    if (!wanted_.details) {
+      ask_kernel(scene_.objects[instance.object], wanted_, area_.object_rays, area_.object_answers,
+                 area_.object_open, area_);
+      for (uint32_t k = 0; k < count; ++k) {
+        if (area_.object_answers.logit[k] >= 0) continue;
+        const uint32_t i = stream.ray[entries[k]];
+        area_.answers.logit[i] = area_.object_answers.logit[k];
+        area_.decided[i] = 1;
+        stream.drop(entries[k]);
+      }
+      return;
+    }
+    for (uint32_t k = 0; k < count; ++k)
+      area_.pairs[0][k] = {instance.object, number, stream.ray[entries[k]]};
+    ask_object(scene_, wanted_, area_.pairs[0], count, area_);
+    update(stream, entries, count);
   }
   void update(RayStream& stream, const uint32_t* entries, uint32_t count) override {
     for (uint32_t k = 0; k < count; ++k)
@@ -116,12 +133,13 @@ void finish_details(const Wanted& wanted, WorkArea& area) {
 
 void answer_instances(const NifSceneObject& scene, bool masked, const Wanted& wanted, WorkArea& area) {
   const auto [in_streams, active] = start_batch(scene, masked, area);
-  for (uint32_t i = 0; i < area.rays.count; ++i) {
-    area.answers.logit[i] = kernels::kCertainLogit;
+  const uint32_t count = area.rays.count;
+  std::fill_n(area.answers.logit, count, kernels::kCertainLogit);
+  std::fill_n(area.decided, count, uint8_t{0});
+  for (uint32_t i = 0; i < count && wanted.details; ++i) {
     area.answers.certain[i] = area.misses[i] || scene.unproven;
-    area.decided[i] = 0;
-    if (wanted.details) area.combined[i] = {};
-    if (wanted.details && scene.unproven) area.combined[i].add(kernels::kCertainLogit, false, {}, false);
+    area.combined[i] = {};
+    if (scene.unproven) area.combined[i].add(kernels::kCertainLogit, false, {}, false);
     if (!wanted.open) continue;
     area.open.begin[i] = scene.unproven ? area.rays.tmin[i] : std::numeric_limits<float>::infinity();
     area.open.end[i] = scene.unproven ? area.rays.tmax[i] : -std::numeric_limits<float>::infinity();
@@ -132,10 +150,10 @@ void answer_instances(const NifSceneObject& scene, bool masked, const Wanted& wa
   } else {
     go_in_rounds(
         scene, masked, area, active, [&](uint32_t i) { return TraversalRay(area, i); },
-        [&](const Pair* pairs, uint32_t count) {
-          bring_to_object(scene, pairs, count, area);
-          ask_object(scene, wanted, pairs, count, area);
-          for (uint32_t k = 0; k < count; ++k)
+        [&](const Pair* pairs, uint32_t asked) {
+          bring_to_object(scene, pairs, asked, area);
+          ask_object(scene, wanted, pairs, asked, area);
+          for (uint32_t k = 0; k < asked; ++k)
             if (area.decided[pairs[k].ray]) area.cursors[pairs[k].ray].trail = 0;  // the ray drops out
         });
   }
