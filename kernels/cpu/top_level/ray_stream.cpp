@@ -254,6 +254,8 @@ void join_hits(RayStream& stream, const WorldBox& box, const StreamHits& added, 
     if (proves && !added.instance.identity) certain = stay_certain(stream, added, k, column);
     low = hn::IfThenElse(certain, low, hn::Neg(none));
     high = hn::IfThenElse(certain, high, none);
+    // Certain misses change nothing.
+    if ((bits_of(hn::Eq(low, none)) & present) == present) continue;
     // begin_in_box()
     const auto enter = pass_box(stream, box, column).enter;
     const auto begins = hn::Lt(enter, hn::Set(d, kMostT));
