@@ -156,6 +156,7 @@ kernels::Hit random_hit(Random& random) {
   if (random.below(3) == 0) return hit;
   hit.t = float(random.below(6)) * 0.5f;
   if (random.below(4) == 0) hit.t = -hit.t;
+  hit.low = -kInfinity;
   if (random.below(2) == 0) hit.low = hit.high = hit.t;
   for (float& n : hit.normal) n = random.between(-1.0f, 1.0f);
   hit.triangle = random.below(100);

@@ -130,44 +130,80 @@ HWY_INLINE hn::Vec<Floats> row_times(const float* row, const hn::Vec<Floats> (&v
                  hn::Mul(hn::Set(d, row[2]), v[2]));
 }
 
-void meet_stream(const RayStream& stream, const StreamInstance& instance, SegmentBatch& local,
-                 uint32_t* entries) {
-  const Floats d;
+/// Writes the entries that may meet the box, and have a bit of the mask. Returns how many there are.
+NIF_OF_STREAMS uint32_t find_entries(const RayStream& stream, const WorldBox& box, uint32_t mask,
+                                     uint32_t* entries) {
   const Ints di;
   uint32_t count = 0;
   for (uint32_t k = 0; k < stream.count; k += kLanes) {
-    uint32_t lanes = may_meet(stream, k, instance.box);
+    uint32_t lanes = may_meet(stream, k, box);
     if (stream.count - k < kLanes) lanes &= (1u << (stream.count - k)) - 1;
     if (stream.masked)
-      lanes &= bits_of(
-          hn::Ne(hn::And(words_at(stream.mask, k), hn::Set(di, int32_t(instance.mask))), hn::Zero(di)));
+      lanes &= bits_of(hn::Ne(hn::And(words_at(stream.mask, k), hn::Set(di, int32_t(mask))), hn::Zero(di)));
     if (lanes == 0) continue;
-    hn::Vec<Floats> origin[3], direction[3];
-    for (uint32_t a = 0; a < 3; ++a) {
-      origin[a] = hn::Load(d, stream.origin[a] + k);
-      direction[a] = hn::Load(d, stream.direction[a] + k);
-    }
-    const LanesTogether together(lanes);
-    if (const WorldToObject* transform = instance.to_object) {
-      for (uint32_t a = 0; a < 3; ++a)
-        origin[a] = hn::Sub(hn::Sub(origin[a], hn::Set(d, transform->translation[a])),
-                            hn::Set(d, transform->remainder[a]));
-      for (uint32_t a = 0; a < 3; ++a) {
-        hn::StoreU(together(row_times(transform->inverse + 3 * a, origin)), d, local.origin[a] + count);
-        hn::StoreU(together(row_times(transform->inverse + 3 * a, direction)), d, local.direction[a] + count);
-      }
-    } else {
-      for (uint32_t a = 0; a < 3; ++a) {
-        hn::StoreU(together(origin[a]), d, local.origin[a] + count);
-        hn::StoreU(together(direction[a]), d, local.direction[a] + count);
-      }
-    }
-    hn::StoreU(together(hn::Load(d, stream.tmin + k)), d, local.tmin + count);
-    hn::StoreU(together(hn::Load(d, stream.tmax + k)), d, local.tmax + count);
-    put_words(together(hn::Iota(di, int32_t(k))), entries, count);
+    put_words(gather_lanes(lanes, hn::Iota(di, int32_t(k))), entries, count);
     count += uint32_t(__builtin_popcount(lanes));
   }
+  return count;
+}
+
+/// Entries of a column.
+struct Gathered {
+  hn::Vec<Ints> at;
+  HWY_INLINE hn::Vec<Floats> operator()(const float* column) const {
+    return hn::GatherIndex(Floats(), column, at);
+  }
+};
+/// Consecutive ones.
+struct Consecutive {
+  uint32_t at;
+  HWY_INLINE hn::Vec<Floats> operator()(const float* column) const {
+    return hn::LoadU(Floats(), column + at);
+  }
+};
+
+/// Brings a vector of rays to object space.
+template <class Column>
+NIF_OF_STREAMS void bring_to_object(const RayStream& stream, const WorldToObject* transform,
+                                    const Column& column, SegmentBatch& local, uint32_t k) {
+  const Floats d;
+  hn::Vec<Floats> origin[3], direction[3];
+  for (uint32_t a = 0; a < 3; ++a) {
+    origin[a] = column(stream.origin[a]);
+    direction[a] = column(stream.direction[a]);
+  }
+  if (transform) {
+    for (uint32_t a = 0; a < 3; ++a)
+      origin[a] = hn::Sub(hn::Sub(origin[a], hn::Set(d, transform->translation[a])),
+                          hn::Set(d, transform->remainder[a]));
+    for (uint32_t a = 0; a < 3; ++a) {
+      hn::Store(row_times(transform->inverse + 3 * a, origin), d, local.origin[a] + k);
+      hn::Store(row_times(transform->inverse + 3 * a, direction), d, local.direction[a] + k);
+    }
+  } else {
+    for (uint32_t a = 0; a < 3; ++a) {
+      hn::Store(origin[a], d, local.origin[a] + k);
+      hn::Store(direction[a], d, local.direction[a] + k);
+    }
+  }
+  hn::Store(column(stream.tmin), d, local.tmin + k);
+  hn::Store(column(stream.tmax), d, local.tmax + k);
+}
+
+/// In two passes, because most vectors hold few rays that meet a small object.
+void meet_stream(const RayStream& stream, const StreamInstance& instance, SegmentBatch& local,
+                 uint32_t* entries) {
+  const Ints di;
+  const uint32_t count = find_entries(stream, instance.box, instance.mask, entries);
   local.count = count;
+  // Lanes beyond the last entry read what is there: the first one.
+  put_words(hn::Zero(di), entries, count);
+  for (uint32_t k = 0; k < count; k += kLanes) {
+    if (k + kLanes <= count && entries[k + kLanes - 1] - entries[k] == kLanes - 1)
+      bring_to_object(stream, instance.to_object, Consecutive{entries[k]}, local, k);
+    else
+      bring_to_object(stream, instance.to_object, Gathered{words_at(entries, k)}, local, k);
+  }
 }
 
 /// Moves the chosen rays of a vector, entry k and after, to entry `at` and after: together, without gaps.
@@ -200,14 +236,6 @@ void narrow_stream(const RayStream& stream, const WorldBox& box, RayStream& narr
   narrowed.dropped = 0;
   narrowed.masked = stream.masked;
 }
-
-/// Entries of a column.
-struct Gathered {
-  hn::Vec<Ints> at;
-  HWY_INLINE hn::Vec<Floats> operator()(const float* column) const {
-    return hn::GatherIndex(Floats(), column, at);
-  }
-};
 
 /// stays_certain() in an instance with a transform: the rays of entries k and after, as a mask.
 HWY_INLINE hn::Mask<Floats> stay_certain(const RayStream& stream, const StreamHits& added, uint32_t k,
