@@ -25,7 +25,7 @@ uint32_t checksum_of(const mesh::Scene& scene) {
   const auto add = [&](const auto& values) { sum = format::crc32c(std::as_bytes(std::span(values)), sum); };
   for (const mesh::Mesh& mesh : scene.meshes) {
     const std::array counts{mesh.positions.size(), mesh.triangles.size()};
-    add(counts), add(mesh.positions), add(mesh.triangles);
+    add(counts), add(mesh.positions), add(mesh.triangles), add(mesh.alpha);
   }
   for (const mesh::Instance& instance : scene.instances)
     add(std::array{instance.mesh}), add(instance.transform), add(instance.remainder);

@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "bake/alpha_metadata.hpp"
 #include "bake/encoder.hpp"
 #include "bake/merge_metadata.hpp"
 
@@ -110,6 +111,8 @@ void add_scene(const mesh::Scene& scene, const BakeResult& result, nlohmann::ord
     if (!scene.choice.only.empty()) choice["only"] = scene.choice.only;
     if (!scene.choice.except.empty()) choice["except"] = scene.choice.except;
   }
+  if (nlohmann::ordered_json alpha = alpha_metadata(scene); !alpha.is_null())
+    json["alpha"] = std::move(alpha);
   if (!scene.nodes.empty()) json["hierarchy"] = hierarchy(scene, result);
   nlohmann::ordered_json merge = merge_metadata(scene, result.placed);
   if (!merge.is_null()) json["merge"] = std::move(merge);

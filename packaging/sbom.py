@@ -36,6 +36,7 @@ LIBRARIES = {
     "libtomlplusplus-dev": "toml++",
     "libpng-dev": "libpng",
     "libjpeg62-turbo-dev": "libjpeg-turbo",
+    "libwebp-dev": "libwebp",
     "libopenexr-dev": "OpenEXR",
     "libstb-dev": "stb_image",
     "libopenmesh-dev": "OpenMesh",

@@ -28,6 +28,7 @@ build   libcli11-dev          command line of the nif program
 build   libtomlplusplus-dev   scene files of nif render
 build   libpng-dev            pictures, textures
 build   libjpeg62-turbo-dev   textures
+build   libwebp-dev           textures
 build   libopenexr-dev        pictures and environment maps
 build   libstb-dev            environment maps (.hdr)
 build   libopenmesh-dev       nif mesh: decimation, subdivision; tests: a second reader of meshes

@@ -101,6 +101,10 @@ void refuse_losses(std::span<const mesh::Note> notes) {
   if (!losses.empty()) refuse(losses.front(), losses.size() - 1);
 }
 
+bool blocks_nothing(const mesh::Mesh& mesh) {
+  return std::ranges::count(mesh.alpha, mesh::TriangleAlpha::clear) == ptrdiff_t(mesh.triangles.size());
+}
+
 /// What was changed in a mesh, after its name; empty if nothing was. Welding moves no position, so it does
 /// not count as a change.
 std::string changes_of(const Prepared& prepared) {
@@ -128,6 +132,12 @@ PreparedScene prepare(const mesh::Scene& scene, bool strict) {
       prepared.object_of.push_back(prepared.object_of[firsts[m]]);
       continue;
     }
+    const bool last = m + 1 == scene.meshes.size();
+    // The reader's note says so.
+    if (blocks_nothing(mesh) && !(last && prepared.objects.empty())) {
+      prepared.object_of.push_back(PreparedScene::kNone);
+      continue;
+    }
     try {
       prepared.objects.push_back(prepare(mesh));
       prepared.object_of.push_back(uint32_t(prepared.objects.size() - 1));
@@ -136,7 +146,6 @@ PreparedScene prepare(const mesh::Scene& scene, bool strict) {
     } catch (const Error& error) {
       // One mesh of many that consists only of lines should not make the others fail.
       if (error.status() != Status::all_degenerate) throw;
-      const bool last = m + 1 == scene.meshes.size();
       if (last && prepared.objects.empty()) throw;
       prepared.object_of.push_back(PreparedScene::kNone);
       prepared.notes.push_back(fmt::format("left out: {}", error.what()));

@@ -26,7 +26,7 @@ float bias_of(const mesh::Mesh& mesh, const mesh::Box& box);
 Prepared prepare(const mesh::Mesh& mesh);
 
 /// The objects of a scene. Meshes with equal positions, triangles and looks share the object of the first;
-/// meshes without any area are left out, with their instances.
+/// meshes without any area, or that block nothing, are left out, with their instances.
 struct PreparedScene {
   static constexpr uint32_t kNone = 0xffffffffu;
   std::vector<Prepared> objects;

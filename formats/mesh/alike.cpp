@@ -49,7 +49,7 @@ std::vector<uint32_t> first_alike(std::span<const Mesh> meshes, bool looks) {
         alike[{mesh.positions.size(), mesh.triangles.size(), hash_of(mesh, looks)}];
     const auto found = std::ranges::find_if(candidates, [&](uint32_t other) {
       return mesh.positions == meshes[other].positions && mesh.triangles == meshes[other].triangles &&
-             (!looks || mesh.look == meshes[other].look);
+             mesh.alpha == meshes[other].alpha && (!looks || mesh.look == meshes[other].look);
     });
     firsts.push_back(found == candidates.end() ? m : *found);
     if (found == candidates.end()) candidates.push_back(m);

@@ -38,11 +38,13 @@ uint64_t drop_non_finite(Mesh& mesh) {
     if (!usable(mesh.triangles[t])) continue;
     mesh.triangles[kept] = mesh.triangles[t];
     if (!mesh.look.materials.empty()) mesh.look.materials[kept] = mesh.look.materials[t];
+    if (!mesh.alpha.empty()) mesh.alpha[kept] = mesh.alpha[t];
     ++kept;
   }
   const uint64_t dropped = mesh.triangles.size() - kept;
   mesh.triangles.resize(kept);
   if (!mesh.look.materials.empty()) mesh.look.materials.resize(kept);
+  if (!mesh.alpha.empty()) mesh.alpha.resize(kept);
   return dropped;
 }
 

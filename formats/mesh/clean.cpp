@@ -47,12 +47,17 @@ Float3 without_negative_zero(Float3 p) {
 using Bits = std::array<uint32_t, 3>;
 Bits bits(const Float3& p) { return std::bit_cast<Bits>(p); }
 
+bool is_clear(const Mesh& mesh, size_t triangle) {
+  return !mesh.alpha.empty() && mesh.alpha[triangle] == TriangleAlpha::clear;
+}
+
 /// Maps every used position to its index in `out`; with `equal_ones`, equal positions get the same index.
-/// Positions that no triangle uses map to kNone.
+/// Positions that no triangle uses, or only clear ones, map to kNone.
 std::vector<uint32_t> weld(const Mesh& mesh, bool equal_ones, CleanMesh& out) {
   std::vector<bool> used(mesh.positions.size());
-  for (const Triangle& triangle : mesh.triangles) {
-    for (const uint32_t v : triangle) used[v] = true;
+  for (size_t i = 0; i < mesh.triangles.size(); ++i) {
+    if (is_clear(mesh, i)) continue;
+    for (const uint32_t v : mesh.triangles[i]) used[v] = true;
   }
   std::vector<uint32_t> welded(mesh.positions.size(), kNone);
   IndexSet seen(equal_ones ? mesh.positions.size() : 0);
@@ -90,6 +95,11 @@ CleanMesh clean_or_nothing(const Mesh& mesh, bool equal_ones_welded) {
   distinct.reserve(mesh.triangles.size());
   IndexSet seen(mesh.triangles.size());
   for (uint32_t number = 0; number < mesh.triangles.size(); ++number) {
+    if (is_clear(mesh, number)) {
+      ++out.report.clear;
+      out.dropped.push_back(number);
+      continue;
+    }
     const Triangle& source = mesh.triangles[number];
     const Triangle t{welded[source[0]], welded[source[1]], welded[source[2]]};
     if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) {
@@ -141,9 +151,12 @@ std::vector<uint32_t> source_triangles(const CleanMesh& clean) {
 CleanMesh clean(const Mesh& mesh) {
   CleanMesh out = clean_or_nothing(mesh);
   if (out.triangles.empty()) {
-    throw Error(Status::all_degenerate, "mesh '" + mesh.name + "' has " +
-                                            std::to_string(mesh.triangles.size()) +
-                                            " triangles, but none of them has an area");
+    const std::string why =
+        out.report.clear == mesh.triangles.size() ? " triangles, but all of them let light through"
+        : out.report.clear == 0                   ? " triangles, but none of them has an area"
+                                : " triangles, but none of them has an area and blocks light";
+    throw Error(Status::all_degenerate,
+                "mesh '" + mesh.name + "' has " + std::to_string(mesh.triangles.size()) + why);
   }
   return out;
 }

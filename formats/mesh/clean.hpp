@@ -1,5 +1,5 @@
-// Prepares a mesh for geometric algorithms: merges equal positions, removes triangles without area and
-// duplicates.
+// Prepares a mesh for geometric algorithms: merges equal positions, removes triangles without area, duplicates, and
+// those that block nothing.
 #pragma once
 
 #include <cstdint>
@@ -12,6 +12,7 @@ namespace nif::mesh {
 
 struct CleanReport {
   uint64_t degenerate = 0;  ///< triangles without area, including slivers
+  uint64_t clear = 0;       ///< triangles that block nothing: TriangleAlpha::clear
   /// Triangles that another one with the same corners and facing already covers.
   uint64_t duplicate = 0;
   uint64_t welded_positions = 0;  ///< used positions that were equal to an earlier one
@@ -33,7 +34,8 @@ struct CleanMesh {
 std::vector<uint32_t> source_triangles(const CleanMesh& clean);
 
 /// Welding compares bits and collinearity is decided exactly, so the result depends only on the mesh. `mesh`
-/// must have passed the checks of read(). Throws Error(all_degenerate) if no triangle has an area.
+/// must have passed the checks of read(). Throws Error(all_degenerate) if no triangle has an area and blocks
+/// something.
 CleanMesh clean(const Mesh& mesh);
 
 /// The same for callers that accept any mesh: if no triangle has an area, the result has none. Without

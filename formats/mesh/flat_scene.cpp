@@ -128,6 +128,18 @@ Appearance FlatScene::look() const {
   return all;
 }
 
+std::vector<TriangleAlpha> FlatScene::alpha() const {
+  std::vector<TriangleAlpha> all;
+  if (std::ranges::all_of(instances_, [&](const Instance& i) { return meshes_[i.mesh].alpha.empty(); }))
+    return all;
+  for (size_t i = 0; i < instances_.size(); ++i) {
+    const std::vector<TriangleAlpha>& alpha = meshes_[instances_[i].mesh].alpha;
+    all.insert(all.end(), alpha.begin(), alpha.end());
+    all.resize(first_triangle_[i + 1], TriangleAlpha::solid);
+  }
+  return all;
+}
+
 Mesh flatten(const FlatScene& flat, const std::string& name) {
   // A file may place one mesh a million times.
   require_memory(flat.vertex_count() * sizeof(Float3) + flat.triangle_count() * sizeof(Triangle),
@@ -136,6 +148,7 @@ Mesh flatten(const FlatScene& flat, const std::string& name) {
   flat.vertices(0, mesh.positions);
   flat.triangles(0, mesh.triangles);
   mesh.look = flat.look();
+  mesh.alpha = flat.alpha();
   return mesh;
 }
 

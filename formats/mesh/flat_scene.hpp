@@ -34,6 +34,7 @@ class FlatScene : public MeshSource {
 
   /// The colours of its meshes, as far as they are known, with white for all others.
   Appearance look() const;
+  std::vector<TriangleAlpha> alpha() const;
 
   size_t instance_count() const { return mirrored_.size(); }
   /// Number of the first vertex or triangle of an instance; for [instances]: the end.

@@ -1,4 +1,4 @@
-// Both libraries report errors by longjmp, so code that runs under succeeds() must not create anything that
+// libpng and libjpeg report errors by longjmp, so code that runs under succeeds() must not create anything that
 // needs a destructor. Limits on sides, text chunks and scans prevent a small hostile file from taking long.
 #include "formats/mesh/image.hpp"
 
@@ -7,6 +7,7 @@
 #include <csetjmp>
 #include <cstdio>
 #include <cstring>
+#include <iterator>
 #include <new>
 #include <vector>
 
@@ -14,6 +15,7 @@
 #include <jerror.h>
 #include <jpeglib.h>
 #include <png.h>
+#include <webp/decode.h>
 
 namespace nif::mesh::detail {
 namespace {
@@ -69,23 +71,51 @@ class PngDecoder : public Decoder {
   /// As 8 bits each of red, green and blue, whatever the format. glTF requires that gamma and profiles are
   /// ignored.
   bool read_texels(uint8_t* texels) {
-    std::vector<uint8_t*> rows(height);
-    for (size_t row = 0; row < height; ++row) rows[row] = texels + row * 3 * width;
-    return succeeds([&] {
+    return read_rows(texels, size_t{3} * width, [&] {
       png_set_palette_to_rgb(png_);
       png_set_expand_gray_1_2_4_to_8(png_);
       png_set_gray_to_rgb(png_);
       png_set_scale_16(png_);
       png_set_strip_alpha(png_);
+    });
+  }
+
+  bool has_alpha() const {
+    return (png_get_color_type(png_, info_) & PNG_COLOR_MASK_ALPHA) != 0 ||
+           png_get_valid(png_, info_, PNG_INFO_tRNS) != 0;
+  }
+  bool read_alpha(uint16_t* alpha) {
+    const bool deep = png_get_bit_depth(png_, info_) == 16;
+    const size_t texel = deep ? 8 : 4;
+    std::vector<uint8_t> colors(texel * width * height);
+    const bool fine = read_rows(colors.data(), texel * width, [&] {
+      png_set_expand(png_);
+      png_set_gray_to_rgb(png_);
+    });
+    if (!fine) return false;
+    for (size_t i = 0; i < size_t{width} * height; ++i) {
+      const uint8_t* const at = colors.data() + texel * i;
+      alpha[i] = uint16_t(deep ? at[6] << 8 | at[7] : at[3] * 257);
+    }
+    return true;
+  }
+
+ private:
+  /// `transform` asks libpng for a form in which a row takes this many bytes.
+  template <class Transform>
+  bool read_rows(uint8_t* to, size_t row_bytes, const Transform& transform) {
+    std::vector<uint8_t*> rows(height);
+    for (size_t row = 0; row < height; ++row) rows[row] = to + row * row_bytes;
+    return succeeds([&] {
+      transform();
       png_set_interlace_handling(png_);
       png_read_update_info(png_, info_);
-      if (png_get_rowbytes(png_, info_) != size_t{3} * width) on_error(*this, "it has odd channels");
+      if (png_get_rowbytes(png_, info_) != row_bytes) on_error(*this, "it has odd channels");
       png_read_image(png_, rows.data());
       png_read_end(png_, nullptr);
     });
   }
 
- private:
   [[noreturn]] static void on_error(PngDecoder& decoder, const char* what) {
     std::snprintf(decoder.said, sizeof(decoder.said), "%s", what);
     decoder.fail();
@@ -132,6 +162,8 @@ class JpegDecoder : public Decoder {
     });
   }
 
+  static bool has_alpha() { return false; }
+  static bool read_alpha(uint16_t*) { return false; }
   bool read_texels(uint8_t* texels) {
     const bool inks = jpeg_.jpeg_color_space == JCS_CMYK || jpeg_.jpeg_color_space == JCS_YCCK;
     std::vector<uint8_t> row(inks ? size_t{4} * width : 0);
@@ -189,8 +221,72 @@ class JpegDecoder : public Decoder {
   jpeg_progress_mgr progress_{};
 };
 
-template <class OneDecoder>
-std::optional<Texture> decode(std::string_view bytes, uint64_t& texels, std::string& why) {
+/// Animations are refused.
+class WebpDecoder {
+ public:
+  uint32_t width = 0, height = 0;
+  char said[JMSG_LENGTH_MAX] = "";
+
+  static bool is_one(std::string_view bytes) {
+    return bytes.size() >= 12 && bytes.starts_with("RIFF") && bytes.substr(8, 4) == "WEBP";
+  }
+
+  explicit WebpDecoder(std::string_view bytes) : bytes_(bytes) {}
+
+  bool read_header() {
+    WebPBitstreamFeatures features;
+    if (!fine(WebPGetFeatures(data(), bytes_.size(), &features))) return false;
+    if (features.has_animation) return fine(VP8_STATUS_UNSUPPORTED_FEATURE);
+    width = uint32_t(features.width);
+    height = uint32_t(features.height);
+    has_alpha_ = features.has_alpha != 0;
+    return true;
+  }
+  bool read_texels(uint8_t* texels) { return decode(MODE_RGB, texels, size_t{3} * width); }
+  bool has_alpha() const { return has_alpha_; }
+  bool read_alpha(uint16_t* alpha) {
+    std::vector<uint8_t> colors(size_t{4} * width * height);
+    if (!decode(MODE_RGBA, colors.data(), size_t{4} * width)) return false;
+    for (size_t i = 0; i < size_t{width} * height; ++i) alpha[i] = uint16_t(colors[4 * i + 3] * 257);
+    return true;
+  }
+
+ private:
+  const uint8_t* data() const { return reinterpret_cast<const uint8_t*>(bytes_.data()); }
+
+  bool decode(WEBP_CSP_MODE mode, uint8_t* to, size_t row_bytes) {
+    WebPDecoderConfig config;
+    if (!WebPInitDecoderConfig(&config)) return fine(VP8_STATUS_INVALID_PARAM);
+    config.output.colorspace = mode;
+    config.output.is_external_memory = 1;
+    config.output.u.RGBA = {to, int(row_bytes), row_bytes * height};
+    return fine(WebPDecode(data(), bytes_.size(), &config));
+  }
+
+  /// Keeps libwebp's reason.
+  bool fine(VP8StatusCode status) {
+    constexpr const char* kReasons[] = {"",
+                                        "Out of memory",
+                                        "invalid parameters",
+                                        "it is damaged",
+                                        "it is an animation, or has features that are not known",
+                                        "it was suspended",
+                                        "it was aborted",
+                                        "it ends too early"};
+    if (status == VP8_STATUS_OK) return true;
+    std::snprintf(said, sizeof(said), "%s",
+                  size_t(status) < std::size(kReasons) ? kReasons[status] : "unknown");
+    return false;
+  }
+
+  std::string_view bytes_;
+  bool has_alpha_ = false;
+};
+
+/// Calls `read(decoder)` once the picture's size is known.
+template <class OneDecoder, class Result>
+std::optional<Result> decode(std::string_view bytes, uint64_t& texels, std::string& why,
+                             bool (*read)(OneDecoder& decoder, uint64_t wanted, Result& result)) {
   OneDecoder decoder(bytes);
   const auto refused = [&] {
     // Both only report it as text.
@@ -208,18 +304,43 @@ std::optional<Texture> decode(std::string_view bytes, uint64_t& texels, std::str
     return std::nullopt;
   }
   texels -= wanted;  // also if it is damaged: it takes as long
-  Texture texture{decoder.width, decoder.height, std::vector<uint8_t>(3 * wanted)};
-  if (!decoder.read_texels(texture.texels.data())) return refused();
-  return texture;
+  Result result{decoder.width, decoder.height, {}};
+  if (!read(decoder, wanted, result)) return refused();
+  return result;
+}
+
+template <class OneDecoder>
+bool read_colors(OneDecoder& decoder, uint64_t wanted, Texture& texture) {
+  texture.texels.resize(3 * wanted);
+  return decoder.read_texels(texture.texels.data());
+}
+
+template <class OneDecoder>
+bool read_alpha(OneDecoder& decoder, uint64_t wanted, AlphaTexels& texels) {
+  if (!decoder.has_alpha()) return true;
+  texels.alpha.resize(wanted);
+  return decoder.read_alpha(texels.alpha.data());
+}
+
+std::nullopt_t refuse(std::string& why) {
+  why = "is neither PNG nor JPEG nor WebP";
+  return std::nullopt;
 }
 
 }  // namespace
 
 std::optional<Texture> decode_image(std::string_view bytes, uint64_t& texels, std::string& why) {
-  if (PngDecoder::is_one(bytes)) return decode<PngDecoder>(bytes, texels, why);
-  if (JpegDecoder::is_one(bytes)) return decode<JpegDecoder>(bytes, texels, why);
-  why = "is neither PNG nor JPEG";
-  return std::nullopt;
+  if (PngDecoder::is_one(bytes)) return decode(bytes, texels, why, read_colors<PngDecoder>);
+  if (JpegDecoder::is_one(bytes)) return decode(bytes, texels, why, read_colors<JpegDecoder>);
+  if (WebpDecoder::is_one(bytes)) return decode(bytes, texels, why, read_colors<WebpDecoder>);
+  return refuse(why);
+}
+
+std::optional<AlphaTexels> decode_alpha(std::string_view bytes, uint64_t& texels, std::string& why) {
+  if (PngDecoder::is_one(bytes)) return decode(bytes, texels, why, read_alpha<PngDecoder>);
+  if (JpegDecoder::is_one(bytes)) return decode(bytes, texels, why, read_alpha<JpegDecoder>);
+  if (WebpDecoder::is_one(bytes)) return decode(bytes, texels, why, read_alpha<WebpDecoder>);
+  return refuse(why);
 }
 
 }  // namespace nif::mesh::detail

@@ -1,10 +1,11 @@
-// Decodes textures: PNG with libpng and JPEG with libjpeg-turbo.
+// Decodes textures: PNG with libpng, JPEG with libjpeg-turbo and WebP with libwebp.
 #pragma once
 
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "formats/mesh/appearance.hpp"
 
@@ -14,9 +15,18 @@ namespace nif::mesh::detail {
 inline constexpr uint64_t kMostTexels = uint64_t{1} << 28;
 
 /// Decodes a picture. Before that, its size is subtracted from `texels`, the rest of kMostTexels. Returns
-/// nothing if that is not enough, or if it is not a valid PNG or JPEG; then `why` states the reason: "cannot
-/// be decoded (...)". 16 bits become 8, and inks become RGB; alpha, gamma and profiles are ignored. Throws
-/// std::bad_alloc.
+/// nothing if that is not enough, or if it is not a valid PNG, JPEG or WebP; then `why` states the reason:
+/// "cannot be decoded (...)". 16 bits become 8, and inks become RGB; alpha, gamma and profiles are ignored.
+/// Throws std::bad_alloc.
 std::optional<Texture> decode_image(std::string_view bytes, uint64_t& texels, std::string& why);
+
+/// The alpha of a picture, rows from the top.
+struct AlphaTexels {
+  uint32_t width = 0, height = 0;  ///< at least 1
+  std::vector<uint16_t> alpha;     ///< [height][width], 65535: opaque. Empty: it is opaque everywhere
+};
+
+/// The same for alpha: of a channel, or of a colour that a PNG calls transparent.
+std::optional<AlphaTexels> decode_alpha(std::string_view bytes, uint64_t& texels, std::string& why);
 
 }  // namespace nif::mesh::detail

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "formats/base/vector.hpp"
+#include "formats/mesh/alpha.hpp"
 #include "formats/mesh/appearance.hpp"
 #include "formats/mesh/merging.hpp"
 #include "formats/mesh/mesh_choice.hpp"
@@ -38,7 +39,7 @@ enum class NoteKind : uint8_t {
   gpu_instances,      ///< glTF: EXT_mesh_gpu_instancing of a skinned mesh
   flattened,          ///< glTF: instances that a transform leaves without area
   empty_primitives,   ///< glTF: primitives without a vertex or an index
-  see_through,        ///< glTF: materials that let light through
+  see_through,        ///< glTF: materials that let light through, where triangles block all of it
   pictures,           ///< glTF: a picture that cannot be read
   fixtures,           ///< cameras and lights
   volumes,            ///< OpenVDB: grids that are not level sets
@@ -48,6 +49,7 @@ enum class NoteKind : uint8_t {
   pose,               ///< glTF: skins, read in another pose than the bind pose
   hidden,             ///< glTF: nodes hidden by KHR_node_visibility
   helpers,            ///< names of collision shapes and of levels of detail
+  clear,              ///< glTF: triangles that block nothing, because their material lets light through
   bent_polygons,      ///< OBJ, PLY, OFF: polygons of five or more corners that are far from flat
   counted_by_length,  ///< STL: triangles after those that the header counts
 };
@@ -82,6 +84,8 @@ struct Mesh {
   float part_side = 0;  ///< for a merged mesh: the longest side of its median part by size; otherwise 0
   bool merged() const { return part_side > 0; }
   Appearance look{};  ///< only if requested: ReadLimits::colors
+  /// [triangles], only if requested: ReadLimits::alpha. Empty: all are solid.
+  std::vector<TriangleAlpha> alpha{};
   /// Only within readers, and only if requested (Input::exact): positions before rounding.
   std::vector<Double3> exact{};
 };
@@ -146,7 +150,9 @@ struct Scene {
       files;                ///< all files that were read: the file itself, its buffers, and its pictures
   std::vector<Note> notes;  ///< what was left out and why
   Choice choice;            ///< with which it was read
-  std::optional<Merging> merging;  ///< if instances of the file have been merged
+  AlphaOptions alpha;       ///< likewise
+  std::vector<MaterialAlpha> see_through;  ///< materials that may let light through, if alpha was read
+  std::optional<Merging> merging;          ///< if instances of the file have been merged
 };
 
 }  // namespace nif::mesh

@@ -120,6 +120,7 @@ Scene read_checked(const std::filesystem::path& file, std::string_view bytes, co
     source.refer(bytes);
   scene.source_hash = hash(source, external);
   scene.choice = limits.choice;
+  scene.alpha = limits.alpha;
   std::vector<std::string> files;
   if (file != kStandardInput) files.push_back(file.string());
   for (const ExternalFile& buffer : external) files.push_back(buffer.path.string());

@@ -27,8 +27,10 @@ struct ReadLimits {
   uint64_t max_decompressed_bytes = uint64_t{8} << 30;  ///< of the input, unpacked, and of each buffer file
   uint64_t max_triangles = 500'000'000;
   /// Also read the colours of surfaces: Mesh::look. For PLY and OBJ vertex colours, for glTF also materials
-  /// and their pictures (PNG and JPEG); other formats have none. Pictures do not affect Scene::source_hash.
+  /// and their pictures (PNG, JPEG and WebP); other formats have none. Pictures do not affect Scene::source_hash.
   bool colors = false;
+  /// Which triangles let light through: Mesh::alpha. Of glTF, by its materials; other formats have only solid ones.
+  AlphaOptions alpha{};
   /// Drop triangles that use a vertex that is not finite, with a note that counts them, instead of refusing
   /// the file. A file that contains nothing else is refused. The vertices stay, unused.
   bool drop_non_finite = false;

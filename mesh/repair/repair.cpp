@@ -83,6 +83,7 @@ Report repair(Mesh& mesh, const Options& options, const std::atomic<bool>& cance
   report.degenerate -= clean.slivers.size();
   mesh.positions = std::move(clean.positions);
   mesh.look = {};
+  mesh.alpha = {};
   if (!options.keep_opposite) report.opposite = drop_opposite(mesh.triangles);
   stop_if_cancelled();
   if (!options.keep_t_junctions) {

@@ -145,11 +145,17 @@ std::map<NoteKind, mesh::Scene> examples() {
     gltf.json["accessors"].push_back({{"componentType", 5123}, {"type", "SCALAR"}, {"count", 0}});
     gltf.json["meshes"][0]["primitives"].push_back(more);
   });
-  all[NoteKind::see_through] = changed([](Gltf& gltf) {
+  const auto half_clear = [](Gltf& gltf) {
     first_primitive(gltf)["material"] = 0;
     gltf.json["materials"] = {
-        {{"alphaMode", "BLEND"}, {"pbrMetallicRoughness", {{"baseColorFactor", {1, 1, 1, 0.5}}}}}};
-  });
+        {{"alphaMode", "BLEND"}, {"pbrMetallicRoughness", {{"baseColorFactor", {1, 1, 1, 0.4}}}}}};
+  };
+  all[NoteKind::see_through] = changed(half_clear);
+  Gltf pane = gltf_of(cube());
+  json wall = first_primitive(pane);
+  half_clear(pane);
+  pane.json["meshes"][0]["primitives"].push_back(wall);
+  all[NoteKind::clear] = mesh::read("a.glb", pane.glb(), {.alpha = {.read = true}});
   all[NoteKind::pictures] = changed([](Gltf& gltf) {
     const int places =
         gltf.accessor(std::string(8 * cube().positions.size(), '\0'), 5126, "VEC2", cube().positions.size());

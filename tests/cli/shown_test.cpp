@@ -118,14 +118,50 @@ TEST_F(Shown, WhatIsChosenIsRecordedAndReadAlike) {
   EXPECT_EQ(nif({"mesh", "convert", scene, "-o", path("s.glb"), "--only", "two"}).code, int(Status::usage));
 }
 
-TEST_F(Shown, StrictRefusesWhatLetsLightThrough) {
+TEST_F(Shown, WhatLetsLightThroughIsRecordedAndReadAlike) {
   Gltf gltf = two_nodes({1, 1, 1});
-  gltf.json["meshes"][0]["primitives"][0]["material"] = 0;
-  const std::string mesh = write("glass.glb", gltf);
-  const Outcome baked = bake(mesh, path("glass.nif"));
-  EXPECT_EQ(baked.code, 0);
-  EXPECT_NE(baked.err.find("'glass'"), std::string::npos) << baked.err;
-  EXPECT_EQ(bake(mesh, path("strict.nif"), {"--strict"}).code, int(Status::needs_repair));
+  json& primitives = gltf.json["meshes"][0]["primitives"];
+  primitives.push_back(primitives[0]);
+  primitives[0]["material"] = 0;
+  const std::string mesh = write("glass.glb", gltf), asset = path("glass.nif");
+  const Outcome baked = bake(mesh, asset, {"--strict", "--no-merge"});
+  ASSERT_EQ(baked.code, 0) << baked.err;
+  EXPECT_NE(baked.err.find("12 triangles of 1 material ('glass') let light through, and block nothing."),
+            std::string::npos)
+      << baked.err;
+  EXPECT_EQ(info(asset)["objects"][0]["triangles"], 12);
+  EXPECT_EQ(info(asset)["metadata"]["alpha"], json({{"cutoff", 0.5},
+                                                    {"blend", "cutoff"},
+                                                    {"glass", "ignore"},
+                                                    {"materials",
+                                                     {{{"name", "glass"},
+                                                       {"rule", "blend"},
+                                                       {"cutoff", 0.5},
+                                                       {"solid", 0},
+                                                       {"cut", 0},
+                                                       {"clear", 12}}}}}));
+  expect_clean(asset);
+  EXPECT_EQ(nif({"eval", asset, "--mesh", mesh, "--rays", "1000", "--hits"}).code, 0);
+  EXPECT_EQ(nif({"attach", mesh, asset, "-o", path("both.glb")}).code, 0);
+
+  // The same for a manifest, which is then up to date.
+  const std::string manifest =
+      folder_
+          .write("m.toml",
+                 "[[asset]]\nmesh = \"glass.glb\"\nencoding = \"bvh\"\nrays = 0\nblend = \"opaque\"\n")
+          .string();
+  EXPECT_EQ(nif({"bake", "--manifest", manifest}).code, 0);
+  const json solid = info(path("glass.nif"))["metadata"]["alpha"];
+  EXPECT_EQ(solid["blend"], "opaque");
+  EXPECT_EQ(solid["materials"][0]["solid"], 12);
+
+  const Outcome ignored = bake(mesh, path("strict.nif"), {"--ignore-alpha", "--strict"});
+  EXPECT_EQ(ignored.code, int(Status::needs_repair));
+  EXPECT_NE(ignored.err.find("'glass'"), std::string::npos) << ignored.err;
+  primitives.erase(1);
+  const Outcome nothing = bake(write("pane.glb", gltf), path("pane.nif"));
+  EXPECT_EQ(nothing.code, int(Status::all_degenerate));
+  EXPECT_NE(nothing.err.find("all of them let light through"), std::string::npos) << nothing.err;
 }
 
 TEST_F(Shown, SeveralInstancesOfANodeAreAttachedAsOne) {

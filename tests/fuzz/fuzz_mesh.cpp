@@ -30,7 +30,7 @@ constexpr uint32_t kTexts[] = {0, 1, 2, 3, 5};
 
 const mesh::ReadLimits& limits() {
   static const mesh::ReadLimits limits{
-      .max_decompressed_bytes = 1 << 24, .max_triangles = 1 << 20, .colors = true};
+      .max_decompressed_bytes = 1 << 24, .max_triangles = 1 << 20, .colors = true, .alpha = {.read = true}};
   return limits;
 }
 

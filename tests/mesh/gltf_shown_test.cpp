@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "formats/mesh/box.hpp"
 #include "formats/mesh/read.hpp"
 #include "formats/mesh/transform.hpp"
 #include "tests/support/gltf.hpp"

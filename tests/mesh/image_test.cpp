@@ -84,6 +84,67 @@ TEST(Image, PngOfEveryKind) {
          {1, 1, 1, 2, 2, 2, 3, 3, 3, 4, 4, 4}, "interlaced");
 }
 
+std::vector<uint16_t> alphas_of(std::string_view picture) {
+  uint64_t left = mesh::detail::kMostTexels;
+  std::string why;
+  const std::optional<mesh::detail::AlphaTexels> texels = mesh::detail::decode_alpha(picture, left, why);
+  EXPECT_TRUE(texels) << why;
+  return texels ? texels->alpha : std::vector<uint16_t>{1, 2, 3};
+}
+
+TEST(Image, AlphaOfEveryKind) {
+  const auto expect = [](const Png& png, const std::vector<uint16_t>& alphas, const char* what) {
+    EXPECT_EQ(alphas_of(png.bytes()), alphas) << what;
+  };
+  expect({.kind = kColor, .rows = of({0, 1, 2, 3})}, {}, "none");
+  expect({.width = 2, .kind = kColorAndAlpha, .rows = of({0, 1, 2, 3, 0, 4, 5, 6, 128})}, {0, 128 * 257},
+         "beside colours");
+  expect({.width = 2, .kind = kGreyAndAlpha, .rows = of({0, 9, 255, 9, 1})}, {65535, 257}, "beside grey");
+  expect({.depth = 16, .kind = kGreyAndAlpha, .rows = of({0, 1, 2, 0x12, 0x34})}, {0x1234}, "16 bits");
+  expect({.depth = 16, .kind = kColorAndAlpha, .rows = of({0, 1, 2, 3, 4, 5, 6, 0xFE, 0xDC})}, {0xFEDC},
+         "16 bits beside colours");
+  expect({.width = 2,
+          .depth = 4,
+          .kind = kPalette,
+          .chunks = png_chunk("PLTE", of({1, 2, 3, 4, 5, 6})) + png_chunk("tRNS", of({7})),
+          .rows = of({0, 0x10})},
+         {65535, 7 * 257}, "of a palette");
+  expect({.width = 2,
+          .kind = kColor,
+          .chunks = png_chunk("tRNS", of({0, 1, 0, 2, 0, 3})),
+          .rows = of({0, 1, 2, 3, 1, 2, 4})},
+         {0, 65535}, "a colour that is transparent");
+  expect({.width = 4,
+          .depth = 2,
+          .kind = kGrey,
+          .chunks = png_chunk("tRNS", of({0, 2})),
+          .rows = of({0, 0b00011011})},
+         {65535, 65535, 0, 65535}, "a grey of 2 bits that is transparent");
+  expect({.depth = 16, .kind = kGrey, .chunks = png_chunk("tRNS", of({1, 2})), .rows = of({0, 1, 2})}, {0},
+         "a grey of 16 bits that is transparent");
+  expect({.width = 2,
+          .height = 2,
+          .kind = kGreyAndAlpha,
+          .interlaced = 1,
+          .rows = of({0, 9, 1, 0, 9, 2, 0, 9, 3, 9, 4})},
+         {257, 2 * 257, 3 * 257, 4 * 257}, "interlaced");
+  EXPECT_EQ(alphas_of(jpeg(8, 8, {64, {200, 40, 90}})), std::vector<uint16_t>());
+  EXPECT_EQ(alphas_of(webp(2, 1, {{1, 2, 3, 255}, {4, 5, 6, 10}})), (std::vector<uint16_t>{65535, 2570}));
+  EXPECT_EQ(alphas_of(webp(2, 1, {{1, 2, 3, 255}, {4, 5, 6, 255}})), std::vector<uint16_t>());
+}
+
+TEST(Image, Webp) {
+  EXPECT_EQ(texels_of(webp(2, 1, {{1, 2, 3, 255}, {4, 5, 6, 255}}), 2, 1), (Texels{1, 2, 3, 4, 5, 6}));
+  const std::string whole = webp(64, 64, std::vector<std::array<uint8_t, 4>>(4096, {1, 2, 3, 4}));
+  for (size_t length = 12; length < whole.size(); length += 7) {
+    uint64_t left = mesh::detail::kMostTexels;
+    std::string why;
+    EXPECT_FALSE(mesh::detail::decode_image(whole.substr(0, length), left, why)) << length;
+    EXPECT_FALSE(mesh::detail::decode_alpha(whole.substr(0, length), left, why)) << length;
+    EXPECT_NE(why.find("cannot be decoded"), std::string::npos) << why;
+  }
+}
+
 void expect_near(const Texels& texels, const std::array<int, 3>& wanted) {
   ASSERT_FALSE(texels.empty());
   for (size_t i = 0; i < texels.size(); ++i) ASSERT_LE(std::abs(texels[i] - wanted[i % 3]), 3) << i;

@@ -1,4 +1,4 @@
-// Makes valid pictures by libpng and libjpeg, and assembles byte by byte what no encoder would write: wrong
+// Makes valid pictures by libpng, libjpeg and libwebp, and assembles byte by byte what no encoder would write: wrong
 // sizes or huge factors.
 #include "tests/support/pictures.hpp"
 
@@ -9,6 +9,7 @@
 // After <cstdio>, which it needs.
 #include <jpeglib.h>
 #include <png.h>
+#include <webp/encode.h>
 #include <zlib.h>
 
 namespace nif::test {
@@ -44,6 +45,19 @@ std::string encode_jpeg(uint32_t width, uint32_t height, int channels, const uin
   return bytes;
 }
 
+std::string encode_png(uint32_t width, uint32_t height, png_uint_32 format, const void* pixels) {
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  image.width = width;
+  image.height = height;
+  image.format = format;
+  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
+  std::string bytes(size, '\0');
+  if (!png_image_write_to_memory(&image, bytes.data(), &size, 0, pixels, 0, nullptr)) std::abort();
+  bytes.resize(size);
+  return bytes;
+}
+
 std::string big_endian(uint32_t value) {
   return {char(value >> 24), char(value >> 16 & 255), char(value >> 8 & 255), char(value & 255)};
 }
@@ -51,15 +65,20 @@ std::string big_endian(uint32_t value) {
 }  // namespace
 
 std::string png(uint32_t width, uint32_t height, const std::vector<std::array<uint8_t, 3>>& pixels) {
-  png_image image{};
-  image.version = PNG_IMAGE_VERSION;
-  image.width = width;
-  image.height = height;
-  image.format = PNG_FORMAT_RGB;
-  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
-  std::string bytes(size, '\0');
-  if (!png_image_write_to_memory(&image, bytes.data(), &size, 0, pixels.data(), 0, nullptr)) std::abort();
-  bytes.resize(size);
+  return encode_png(width, height, PNG_FORMAT_RGB, pixels.data());
+}
+
+std::string png(uint32_t width, uint32_t height, const std::vector<std::array<uint8_t, 4>>& pixels) {
+  return encode_png(width, height, PNG_FORMAT_RGBA, pixels.data());
+}
+
+std::string webp(uint32_t width, uint32_t height, const std::vector<std::array<uint8_t, 4>>& pixels) {
+  uint8_t* memory = nullptr;
+  const size_t size =
+      WebPEncodeLosslessRGBA(pixels.data()->data(), int(width), int(height), int(4 * width), &memory);
+  if (size == 0) std::abort();
+  std::string bytes(reinterpret_cast<const char*>(memory), size);
+  WebPFree(memory);
   return bytes;
 }
 

@@ -1,4 +1,4 @@
-// Makes PNG and JPEG pictures for tests of textures.
+// Makes PNG, JPEG and WebP pictures for tests of textures.
 #pragma once
 
 #include <array>
@@ -11,7 +11,11 @@ namespace nif::test {
 
 /// The bytes of a file; pixels row by row from the top, red, green and blue.
 std::string png(uint32_t width, uint32_t height, const std::vector<std::array<uint8_t, 3>>& pixels);
-/// The same with loss.
+/// The same with alpha.
+std::string png(uint32_t width, uint32_t height, const std::vector<std::array<uint8_t, 4>>& pixels);
+/// As a WebP without loss.
+std::string webp(uint32_t width, uint32_t height, const std::vector<std::array<uint8_t, 4>>& pixels);
+/// Without alpha, and with loss.
 std::string jpeg(uint32_t width, uint32_t height, const std::vector<std::array<uint8_t, 3>>& pixels);
 /// In cyan, magenta, yellow and black, as Adobe's programs store them: 255 means no ink.
 std::string cmyk_jpeg(uint32_t width, uint32_t height, const std::vector<std::array<uint8_t, 4>>& inks);

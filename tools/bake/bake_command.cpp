@@ -13,6 +13,7 @@
 #include <set>
 #include <span>
 
+#include "bake/alpha_metadata.hpp"
 #include "bake/checkpoint.hpp"
 #include "bake/merge_metadata.hpp"
 #include "bake/report.hpp"
@@ -87,6 +88,8 @@ nlohmann::ordered_json bake_json(const Arguments& arguments, const mesh::Scene& 
                               {"notes", notes},
                               {"objects", std::move(objects)}};
   if (scene.merging) json["merge"] = to_json(*scene.merging);
+  if (nlohmann::ordered_json alpha = bake::alpha_metadata(scene); !alpha.is_null())
+    json["alpha"] = std::move(alpha);
   return json;
 }
 
@@ -344,6 +347,7 @@ void run(const Arguments& arguments, const Command& command) {
   limits.colors = options.colors;
   limits.format = arguments.format;
   limits.choice = arguments.bake.choice;
+  limits.alpha = resolve_alpha(arguments.bake);
   const mesh::Scene scene = read_merged(arguments.mesh, limits, arguments.bake);
   const auto refuse_overwriting_any = [&](const std::vector<std::string>& files) {
     for (const std::string& file : files)

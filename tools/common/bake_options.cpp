@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <sstream>
 
+#include "bake/alpha_metadata.hpp"
 #include "bake/merge_metadata.hpp"
 #include "formats/base/status.hpp"
 #include "mesh/merge/merge.hpp"
@@ -106,8 +107,36 @@ std::optional<mesh::MergeOptions> resolve_merging(const BakeArguments& arguments
   return options;
 }
 
+mesh::AlphaOptions resolve_alpha(const BakeArguments& arguments) {
+  const char* given = !arguments.alpha_cutoff.empty() ? "--alpha-cutoff"
+                      : !arguments.blend.empty()      ? "--blend"
+                      : !arguments.glass.empty()      ? "--glass"
+                                                      : nullptr;
+  for (const auto& [set, name] :
+       {std::pair{arguments.ignore_alpha, "--ignore-alpha"}, {bool(arguments.spherical.view), "--view"}})
+    if (set && given)
+      throw Error(
+          Status::usage,
+          fmt::format("{} and {} cannot be used together: with {}, everything is solid", name, given, name));
+  mesh::AlphaOptions options;
+  if (arguments.ignore_alpha || arguments.spherical.view) return options;
+  options.read = true;
+  if (!arguments.blend.empty()) options.blend = bake::blend_named(arguments.blend, "--blend");
+  if (!arguments.alpha_cutoff.empty()) {
+    if (options.blend != mesh::AlphaOptions::Blend::cutoff)
+      throw Error(Status::usage, fmt::format("--alpha-cutoff and --blend {} contradict each other",
+                                             bake::name_of(options.blend)));
+    options.cutoff = parse_rate(arguments.alpha_cutoff, "--alpha-cutoff");
+  }
+  if (!arguments.glass.empty() && arguments.glass != "opaque" && arguments.glass != "ignore")
+    throw Error(Status::usage, fmt::format("--glass '{}' is not one of ignore, opaque", arguments.glass));
+  options.opaque_glass = arguments.glass == "opaque";
+  return options;
+}
+
 bake::BakeOptions resolve_options(const BakeArguments& arguments) {
   resolve_merging(arguments);
+  resolve_alpha(arguments);
   check_choice(arguments.choice);
   if (arguments.spherical.view && !arguments.choice.empty())
     throw Error(
@@ -277,6 +306,25 @@ void add_bake_options(Command command, BakeArguments& arguments) {
                    "with their pictures, and vertex colours. 2 bytes per surface voxel. auto and exact then "
                    "make no bvh objects, because these have no voxels");
   add_choice_options(command, arguments.choice);
+  command
+      .add_option(
+          "--alpha-cutoff", arguments.alpha_cutoff,
+          "Materials of glTF that blend (alphaMode BLEND) let light through where alpha is below this, e.g. "
+          "0.3; those with a cutoff of their own (MASK) keep it")
+      .default_str("0.5");
+  command
+      .add_option(
+          "--blend", arguments.blend,
+          "Materials that blend. cutoff: as above; opaque: they are solid; ignore: they block nothing")
+      .default_str("cutoff");
+  command
+      .add_option("--glass", arguments.glass,
+                  "Materials that transmit light (KHR_materials_transmission). ignore: they block nothing; "
+                  "opaque: as "
+                  "others")
+      .default_str("ignore");
+  command.add_flag("--ignore-alpha", arguments.ignore_alpha,
+                   "Every triangle is solid, whatever its material says");
   command.add_flag(
       "--merge", arguments.merge,
       "Also merge small meshes that are placed several times: thousands of objects and instances "

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bake/bake.hpp"
+#include "formats/mesh/alpha.hpp"
 #include "formats/mesh/merging.hpp"
 #include "formats/mesh/mesh_choice.hpp"
 #include "tools/common/options.hpp"
@@ -25,6 +26,8 @@ struct BakeArguments {
   bool strict = false, uncoded = false, source_triangles = false, colors = false, open_rays = false,
        merge = false, no_merge = false;
   mesh::Choice choice;
+  std::string alpha_cutoff, blend, glass;
+  bool ignore_alpha = false;
   std::vector<std::string> merge_nodes, merge_except;
   std::string merge_below, merge_triangles;
   SphericalArguments spherical;
@@ -40,5 +43,8 @@ bake::BakeOptions resolve_options(const BakeArguments& arguments);
 /// mesh::only_placed_once(), unless the quality of answers may depend on voxels, which are finer for small
 /// objects. Like resolve_options(), throws for invalid values and contradictions.
 std::optional<mesh::MergeOptions> resolve_merging(const BakeArguments& arguments);
+
+/// How alpha is read. Throws likewise. With --view, everything is solid, as it is for the rays of a view.
+mesh::AlphaOptions resolve_alpha(const BakeArguments& arguments);
 
 }  // namespace nif::tools

@@ -1,4 +1,4 @@
-// Repeats the choice by name and the merge that the asset's metadata records, so that the ground truth comes
+// Repeats the choice by name, the reading of alpha and the merge that the asset's metadata records, so that the ground truth comes
 // from the same meshes. Metadata is not trusted: if it makes no sense, that is an error.
 #include "tools/common/baked_scene.hpp"
 
@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "bake/alpha_metadata.hpp"
 #include "bake/merge_metadata.hpp"
 #include "formats/base/json_text.hpp"
 #include "formats/nif/file_memory.hpp"
@@ -48,6 +49,7 @@ mesh::ReadLimits limits_as_baked(std::string_view metadata, const std::string& a
     limits.choice.only = patterns_of(root.at("choice"), "only", asset);
     limits.choice.except = patterns_of(root.at("choice"), "except", asset);
   }
+  limits.alpha = naming(asset, [&] { return bake::alpha_options_of(metadata); });
   return limits;
 }
 

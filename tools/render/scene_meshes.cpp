@@ -172,19 +172,29 @@ ObjectMeshes read_meshes(SceneDescription& scene, std::vector<std::string>& note
                          tools::Progress& progress) {
   progress.begin();
   ObjectMeshes meshes;
-  // By path and by the chosen names.
-  std::map<std::tuple<std::string, std::vector<std::string>, std::vector<std::string>>,
-           std::shared_ptr<const mesh::Scene>>
-      known;
+  struct ReadFile {
+    std::string path;
+    std::shared_ptr<const mesh::Scene> scene;
+  };
+  std::vector<ReadFile> known;
   Names names(scene);
   for (size_t i = 0; i < scene.objects.size(); ++i) {
     const ObjectDescription& object = scene.objects[i];
     mesh::ReadLimits limits;
-    if (object.nif) limits.choice = tools::limits_of_asset(*object.nif).choice;
-    std::shared_ptr<const mesh::Scene>& file = known[{object.mesh, limits.choice.only, limits.choice.except}];
+    if (object.nif) {
+      const mesh::ReadLimits baked = tools::limits_of_asset(*object.nif);
+      limits.choice = baked.choice;
+      limits.alpha = baked.alpha;
+    }
+    const auto same = std::ranges::find_if(known, [&](const ReadFile& file) {
+      return file.path == object.mesh && file.scene->choice == limits.choice &&
+             file.scene->alpha == limits.alpha;
+    });
+    std::shared_ptr<const mesh::Scene> file = same == known.end() ? nullptr : same->scene;
     if (!file) {
       progress.update(double(i) / double(scene.objects.size()), "reading " + object.mesh);
       file = std::make_shared<const mesh::Scene>(mesh::read(object.mesh, limits));
+      known.push_back({object.mesh, file});
       std::ranges::transform(file->notes, std::back_inserter(notes), &mesh::Note::text);
     }
     if (object.lights) add_lights(scene, object, *file, notes);

@@ -276,6 +276,14 @@ std::vector<Float3> GltfData::colors(int index, uint64_t most) const {
   return numbers<3>(index, type == TINYGLTF_TYPE_VEC4 ? 4 : 3, "colours", most);
 }
 
+std::vector<float> GltfData::alphas(int index, uint64_t most) const {
+  if (!has_alpha(index)) fail_type(index, "colours");
+  std::vector<float> alphas;
+  for (const std::array<float, 4>& color : numbers<4>(index, 4, "colours", most))
+    alphas.push_back(color[3] >= 0 ? std::min(color[3], 1.0f) : 0);  // also for NaN
+  return alphas;
+}
+
 std::vector<std::array<float, 2>> GltfData::coordinates(int index, uint64_t most) const {
   if (find(input_, model_, index).type != TINYGLTF_TYPE_VEC2) fail_type(index, "texture coordinates");
   return numbers<2>(index, 2, "texture coordinates", most);

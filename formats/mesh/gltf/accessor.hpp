@@ -30,6 +30,7 @@ class GltfData {
   // this many, for accessors that may have more elements than are used.
   std::vector<Float3> positions(int accessor) const;  ///< with float or quantised integer components
   std::vector<Float3> colors(int accessor, uint64_t most) const;  ///< from a vertex attribute, without alpha
+  std::vector<float> alphas(int accessor, uint64_t most) const;   ///< of colours that have alpha, from 0 to 1
   std::vector<std::array<float, 2>> coordinates(int accessor, uint64_t most) const;  ///< texture coordinates
   std::vector<std::array<float, 4>> rotations(int accessor) const;                   ///< unit quaternions
   std::vector<std::array<uint16_t, 4>> joints(int accessor) const;

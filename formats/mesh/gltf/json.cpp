@@ -266,7 +266,7 @@ GltfSource open_gltf(const Input& input, std::vector<ExternalFile>& external) {
   source.skins = read_skins(root);
   source.moving = read_moving_nodes(root);
   source.surfaces = read_surfaces(root);
-  if (input.limits.colors) source.look = read_look(root);
+  if (input.limits.colors || input.limits.alpha.read) source.look = read_look(root);
   const json kept = reduced(root);
   check_indices(input, kept);
   source.json = kept.dump(-1, ' ', false, json::error_handler_t::replace);

@@ -44,6 +44,9 @@ const nlohmann::json* member(const nlohmann::json& object, const char* name);
 /// camera or light, and each of them gets its name.
 std::string short_name(std::string_view name);
 
+/// Stands for an image that only an extension refers to.
+inline constexpr int kInExtension = -2;
+
 /// A material's base colour.
 struct GltfMaterial {
   Material material;  ///< its texture is set later
@@ -98,7 +101,7 @@ struct GltfSource {
   std::vector<GltfFixture> fixtures;  ///< cameras and lights, by node
   std::vector<GltfSkin> skins;
   std::set<size_t> moving;            ///< numbers of nodes
-  GltfLook look;                      ///< with ReadLimits::colors
+  GltfLook look;                      ///< with ReadLimits::colors or alpha
   std::vector<GltfSurface> surfaces;  ///< [material]
   std::vector<Note> notes;
 };

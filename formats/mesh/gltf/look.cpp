@@ -11,16 +11,12 @@
 #include <optional>
 #include <string>
 
-#include "formats/mesh/file_bytes.hpp"
-#include "formats/mesh/gltf/uri.hpp"
-#include "formats/mesh/image.hpp"
+#include "formats/mesh/gltf/pictures.hpp"
 
 namespace nif::mesh::detail {
 namespace {
 
 using nlohmann::json;
-
-constexpr int kInExtension = -2;  ///< stands for an image that only an extension refers to
 
 /// Returns -1 if there is no such index.
 int index_in(const json& object, const char* name) {
@@ -76,6 +72,14 @@ void read_transform(const json& info, GltfMaterial& out) {
   for (size_t i = 0; i < rows.size(); ++i) out.material.transform[i] = static_cast<float>(rows[i]);
 }
 
+/// The image of a texture; EXT_texture_webp may name a better one than the texture itself.
+int image_of(const json& texture) {
+  const json* extensions = member(texture, "extensions");
+  const json* webp = extensions ? member(*extensions, "EXT_texture_webp") : nullptr;
+  if (webp != nullptr && member(*webp, "source")) return index_in(*webp, "source");
+  return member(texture, "source") ? index_in(texture, "source") : kInExtension;
+}
+
 GltfMaterial read_material(const json& root, const json& source) {
   GltfMaterial out;
   const json* colour = member(source, "pbrMetallicRoughness");
@@ -88,7 +92,7 @@ GltfMaterial read_material(const json& root, const json& source) {
   out.coordinates = std::max(0, index_in(*info, "texCoord"));
   const json* texture = element(root, "textures", index_in(*info, "index"));
   if (texture == nullptr) return out;
-  out.image = member(*texture, "source") ? index_in(*texture, "source") : kInExtension;
+  out.image = image_of(*texture);
   if (const json* sampler = element(root, "samplers", index_in(*texture, "sampler")))
     out.material.wrap = {wrap_of(*sampler, "wrapS"), wrap_of(*sampler, "wrapT")};
   read_transform(*info, out);
@@ -99,20 +103,14 @@ GltfMaterial read_material(const json& root, const json& source) {
 class Pictures {
  public:
   Pictures(const Input& input, const GltfLook& look, const GltfData& data, Scene& scene)
-      : input_(input), look_(look), data_(data), scene_(scene) {}
+      : input_(input), pictures_(input, look, data, scene), scene_(scene) {}
 
   /// Returns its index into Scene::textures, or kNoTexture.
   uint32_t read(int image) {
     const auto [known, fresh] = known_.emplace(image, kNoTexture);
     if (!fresh) return known->second;
     std::string why;
-    std::optional<Texture> texture;
-    if (image == kInExtension)
-      why = "is in a format that only an extension names";
-    else if (image < 0 || size_t(image) >= look_.images.size())
-      why = "does not exist";
-    else
-      texture = decode(look_.images[size_t(image)], why);
+    std::optional<Texture> texture = pictures_.read<Texture>(image, decode_image, why);
     if (!texture) {
       if (++notes_ <= kMostNotes)
         scene_.notes.push_back(
@@ -132,36 +130,10 @@ class Pictures {
   }
 
  private:
-  std::optional<Texture> decode(const GltfImage& image, std::string& why) {
-    try {
-      if (image.view >= 0) return decode_image(data_.view(image.view), texels_, why);
-      if (image.uri.starts_with("data:")) {
-        const std::optional<std::string> bytes = decode_data_uri(image.uri);
-        if (bytes) return decode_image(*bytes, texels_, why);
-        why = "has a data URI that is not base64";
-        return std::nullopt;
-      }
-      const std::optional<std::filesystem::path> path = local_file(input_, image.uri);
-      if (!path) {
-        why = "is not a local file";
-        return std::nullopt;
-      }
-      const ByteBuffer bytes = load_named_file(*path, input_.limits.max_decompressed_bytes);
-      scene_.files.push_back(path->string());
-      return decode_image(bytes.view(), texels_, why);
-    } catch (const Error& error) {
-      why = error.status() == Status::file_not_found ? fmt::format("is at '{}', which is missing", image.uri)
-                                                     : "cannot be read";
-      return std::nullopt;
-    }
-  }
-
   const Input& input_;
-  const GltfLook& look_;
-  const GltfData& data_;
+  GltfPictures pictures_;
   Scene& scene_;
   std::map<int, uint32_t> known_;
-  uint64_t texels_ = kMostTexels;
   size_t notes_ = 0;
 };
 

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <span>
 
 #include "formats/mesh/gltf/look.hpp"
 #include "formats/mesh/readers.hpp"
@@ -25,6 +26,7 @@ class MeshReader {
         look_(sources.look),
         surfaces_(sources.surfaces),
         naming_(sources.naming),
+        alpha_(sources.alpha),
         source_(source),
         index_(index),
         weights_(variant.weights),
@@ -39,8 +41,12 @@ class MeshReader {
       if (!is_chosen(source_.primitives[i])) continue;
       read_primitive(source_.primitives[i], i);
       if (input_.limits.colors) set_material(source_.primitives[i]);
-      count_see_through(source_.primitives[i]);
+      if (alpha_)
+        decide_alpha(source_.primitives[i]);
+      else
+        count_see_through(source_.primitives[i]);
     }
+    if (!mesh_.alpha.empty()) mesh_.alpha.resize(mesh_.triangles.size(), TriangleAlpha::solid);
     mesh_.look.complete(mesh_.positions.size(), mesh_.triangles.size());
     const auto note = [&](NoteKind kind, const std::string& text) {
       notes.push_back({kind, fmt::format("{}: mesh '{}' {}", input_.file.string(), mesh_.name, text)});
@@ -82,6 +88,21 @@ class MeshReader {
     if (surfaces_[material].lets_light_through(alpha)) so_far_.see_through[material] += count;
   }
 
+  /// Decides what the triangles that were just read let through.
+  void decide_alpha(const tinygltf::Primitive& primitive) {
+    const std::span<const Triangle> triangles = std::span(mesh_.triangles).subspan(first_triangle_);
+    const auto colors = primitive.attributes.find("COLOR_0");
+    const bool has_alpha = colors != primitive.attributes.end() && data_.has_alpha(colors->second);
+    const std::vector<TriangleAlpha> alpha = alpha_->decide({.material = primitive.material,
+                                                             .colors = has_alpha ? colors->second : -1,
+                                                             .coordinates = coordinates_of(primitive),
+                                                             .hidden = primitive.extensions.contains(kDraco)},
+                                                            triangles, range_.base, range_.count);
+    if (alpha.empty()) return;
+    mesh_.alpha.resize(first_triangle_, TriangleAlpha::solid);
+    mesh_.alpha.insert(mesh_.alpha.end(), alpha.begin(), alpha.end());
+  }
+
   void read_primitive(const tinygltf::Primitive& primitive, size_t number) {
     first_triangle_ = mesh_.triangles.size();
     const int mode = primitive.mode;
@@ -105,7 +126,8 @@ class MeshReader {
       ++skipped_;  // valid: an extension may supply the positions, or there is nothing to see
       return;
     }
-    const auto [base, count] = vertices(primitive, position->second, number);
+    range_ = vertices(primitive, position->second, number);
+    const auto [base, count] = range_;
     std::vector<uint32_t> indices;
     const auto accessor = primitive.attributes.find(kIndicesAttribute);
     if (accessor != primitive.attributes.end()) {
@@ -337,6 +359,7 @@ class MeshReader {
   const GltfLook& look_;
   const std::vector<GltfSurface>& surfaces_;
   const GltfNaming& naming_;
+  GltfAlpha* alpha_;
   const tinygltf::Mesh& source_;
   size_t index_;
   Mesh mesh_;
@@ -345,6 +368,7 @@ class MeshReader {
   bool by_material_;
   std::map<Attributes, Range> ranges_;
   size_t first_triangle_ = 0;  // of the current primitive
+  Range range_{};              // its vertices
   ReadSoFar& so_far_;
   uint64_t skipped_ = 0, loose_ = 0;
   bool morphs_ = false, unmorphed_ = false, uncolored_ = false, unposed_ = false;

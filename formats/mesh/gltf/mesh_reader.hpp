@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "formats/mesh/gltf/accessor.hpp"
+#include "formats/mesh/gltf/alpha.hpp"
 #include "formats/mesh/gltf/gltf_hierarchy.hpp"
 #include "formats/mesh/gltf/json.hpp"
 #include "formats/mesh/gltf/skin.hpp"
@@ -31,6 +32,7 @@ struct GltfMeshSources {
   const GltfLook& look;
   const std::vector<GltfSurface>& surfaces;
   const GltfNaming& naming;
+  GltfAlpha* alpha;  ///< null: everything is solid
 };
 
 /// How a mesh is to be read.
