@@ -132,9 +132,8 @@ PreparedScene prepare(const mesh::Scene& scene, bool strict) {
       prepared.object_of.push_back(prepared.object_of[firsts[m]]);
       continue;
     }
-    const bool last = m + 1 == scene.meshes.size();
     // The reader's note says so.
-    if (blocks_nothing(mesh) && !(last && prepared.objects.empty())) {
+    if (blocks_nothing(mesh)) {
       prepared.object_of.push_back(PreparedScene::kNone);
       continue;
     }
@@ -146,11 +145,11 @@ PreparedScene prepare(const mesh::Scene& scene, bool strict) {
     } catch (const Error& error) {
       // One mesh of many that consists only of lines should not make the others fail.
       if (error.status() != Status::all_degenerate) throw;
-      if (last && prepared.objects.empty()) throw;
       prepared.object_of.push_back(PreparedScene::kNone);
       prepared.notes.push_back(fmt::format("left out: {}", error.what()));
     }
   }
+  if (prepared.objects.empty() && !scene.meshes.empty()) prepare(scene.meshes.front());  // throws why
   for (uint32_t i = 0; i < scene.instances.size(); ++i) {
     const mesh::Instance& instance = scene.instances[i];
     if (prepared.object_of[instance.mesh] == PreparedScene::kNone) continue;

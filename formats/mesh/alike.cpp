@@ -31,6 +31,7 @@ uint64_t hash_of(std::span<const std::array<float, kCount>> list, uint64_t seed)
 uint64_t hash_of(const Mesh& mesh, bool looks) {
   uint64_t hash = hash_of<3>(mesh.positions, 0);
   hash = XXH3_64bits_withSeed(mesh.triangles.data(), mesh.triangles.size() * sizeof(Triangle), hash);
+  hash = XXH3_64bits_withSeed(mesh.alpha.data(), mesh.alpha.size() * sizeof(TriangleAlpha), hash);
   if (!looks) return hash;
   const Appearance& look = mesh.look;
   hash = hash_of<2>(look.coordinates, hash_of<3>(look.colors, hash));

@@ -74,7 +74,7 @@ class AlphaPicture::Search {
   void look(const std::array<TexelPoint, 3>& corners, const std::array<bool, 2>& clamped) {
     corners_ = corners;
     clamped_ = clamped;
-    visit(picture_.levels_.size() - 1, 0, 0);
+    visit(uint32_t(picture_.levels_.size()) - 1, 0, 0);
   }
   /// Looks at everything.
   void look_everywhere() { note(picture_.levels_.back().ranges[0]); }
@@ -86,12 +86,13 @@ class AlphaPicture::Search {
   }
 
   /// Recursion is as deep as there are levels: nine of the largest picture.
-  void visit(size_t number, uint32_t x, uint32_t y) {
+  void visit(uint32_t number, uint32_t x, uint32_t y) {
+    if (++steps_ > kMostSteps) return look_everywhere();
     const Level& level = picture_.levels_[number];
     const Range& range = level.ranges[size_t{y} * level.width + x];
     const bool blocks = range.most >= least_, passes = range.least < least_;
     if ((blocks_ || !blocks) && (passes_ || !passes)) return;  // nothing new
-    const double side = std::pow(double(kBlock), double(number));
+    const auto side = double(uint64_t{1} << (kBlockBits * number));
     if (!touch(corners_, {interval(0, x, side), interval(1, y, side)})) return;
     if (!blocks || !passes) return note(range);
     const Level& below = picture_.levels_[number - 1];  // a texel is not both
@@ -112,6 +113,7 @@ class AlphaPicture::Search {
   const AlphaPicture& picture_;
   const uint32_t least_;
   bool blocks_ = false, passes_ = false;  ///< texels of that kind have been found
+  uint32_t steps_ = 0;
   std::array<TexelPoint, 3> corners_{};
   std::array<bool, 2> clamped_{};
 };

@@ -23,14 +23,17 @@ class AlphaPicture {
   uint32_t height() const { return levels_[0].height; }
 
   /// What a triangle is whose corners are at these places, if texels of at least `least` block (65536: none does).
-  /// A texel counts if the triangle comes within a 64th of its square. `cut` is also the answer if the triangle
-  /// spans more than kMostTiles repetitions of a picture that has both kinds of texels.
+  /// A texel counts if the triangle comes within a 64th of a texel of its square; without area, if their boxes do.
+  /// `cut` is also the answer if the picture has both kinds of texels, and the triangle spans more than kMostTiles
+  /// repetitions, is too far away, or takes too many steps.
   TriangleAlpha show(const std::array<TexelPoint, 3>& corners, const std::array<Wrap, 2>& wrap,
                      uint32_t least) const;
 
  private:
-  static constexpr uint32_t kBlock = 4;  ///< blocks of a level in one of the next, along a side
+  static constexpr uint32_t kBlockBits = 2;
+  static constexpr uint32_t kBlock = 1 << kBlockBits;  ///< blocks of a level in one of the next, along a side
   static constexpr double kMostTiles = 16;
+  static constexpr uint32_t kMostSteps = 20'000;
 
   struct Range {
     uint16_t least, most;

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "formats/base/collinear.hpp"
+#include "formats/mesh/read.hpp"
 
 namespace nif::mesh {
 namespace {
@@ -146,6 +147,23 @@ std::vector<uint32_t> source_triangles(const CleanMesh& clean) {
       numbers.push_back(number);
   }
   return numbers;
+}
+
+void drop_clear(Scene& scene) {
+  for (Mesh& mesh : scene.meshes) {
+    size_t kept = 0;
+    for (size_t i = 0; i < mesh.triangles.size(); ++i) {
+      if (is_clear(mesh, i)) continue;
+      mesh.triangles[kept] = mesh.triangles[i];
+      if (!mesh.look.materials.empty()) mesh.look.materials[kept] = mesh.look.materials[i];
+      if (!mesh.alpha.empty()) mesh.alpha[kept] = mesh.alpha[i];
+      ++kept;
+    }
+    mesh.triangles.resize(kept);
+    if (!mesh.look.materials.empty()) mesh.look.materials.resize(kept);
+    if (!mesh.alpha.empty()) mesh.alpha.resize(kept);
+  }
+  drop_empty_meshes(scene);
 }
 
 CleanMesh clean(const Mesh& mesh) {

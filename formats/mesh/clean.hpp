@@ -33,6 +33,9 @@ struct CleanMesh {
 /// For each triangle of the clean mesh, its number in the mesh: ascending.
 std::vector<uint32_t> source_triangles(const CleanMesh& clean);
 
+/// Removes the triangles of a scene that block nothing, meshes that have no others, and their instances.
+void drop_clear(Scene& scene);
+
 /// Welding compares bits and collinearity is decided exactly, so the result depends only on the mesh. `mesh`
 /// must have passed the checks of read(). Throws Error(all_degenerate) if no triangle has an area and blocks
 /// something.

@@ -86,31 +86,47 @@ class PngDecoder : public Decoder {
   }
   bool read_alpha(uint16_t* alpha) {
     const bool deep = png_get_bit_depth(png_, info_) == 16;
-    const size_t texel = deep ? 8 : 4;
-    std::vector<uint8_t> colors(texel * width * height);
-    const bool fine = read_rows(colors.data(), texel * width, [&] {
+    const size_t texel = deep ? 8 : 4, row_bytes = texel * width;
+    const auto expand = [&] {
       png_set_expand(png_);
       png_set_gray_to_rgb(png_);
-    });
-    if (!fine) return false;
-    for (size_t i = 0; i < size_t{width} * height; ++i) {
-      const uint8_t* const at = colors.data() + texel * i;
-      alpha[i] = uint16_t(deep ? at[6] << 8 | at[7] : at[3] * 257);
+    };
+    const auto take_alpha = [&](const uint8_t* from, size_t count, uint16_t* to) {
+      for (size_t i = 0; i < count; ++i, from += texel)
+        to[i] = uint16_t(deep ? from[6] << 8 | from[7] : from[3] * 257);
+    };
+    if (png_get_interlace_type(png_, info_) != PNG_INTERLACE_NONE) {
+      std::vector<uint8_t> colors(row_bytes * height);
+      if (!read_rows(colors.data(), row_bytes, expand)) return false;
+      take_alpha(colors.data(), size_t{width} * height, alpha);
+      return true;
     }
-    return true;
+    std::vector<uint8_t> row(row_bytes);
+    return succeeds([&] {
+      begin_rows(row_bytes, expand);
+      for (size_t y = 0; y < height; ++y) {
+        png_read_row(png_, row.data(), nullptr);
+        take_alpha(row.data(), width, alpha + y * width);
+      }
+      png_read_end(png_, nullptr);
+    });
   }
 
  private:
-  /// `transform` asks libpng for a form in which a row takes this many bytes.
+  /// `transform` asks libpng for a form in which a row takes this many bytes. Fails by longjmp.
+  template <class Transform>
+  void begin_rows(size_t row_bytes, const Transform& transform) {
+    transform();
+    png_set_interlace_handling(png_);
+    png_read_update_info(png_, info_);
+    if (png_get_rowbytes(png_, info_) != row_bytes) on_error(*this, "it has odd channels");
+  }
   template <class Transform>
   bool read_rows(uint8_t* to, size_t row_bytes, const Transform& transform) {
     std::vector<uint8_t*> rows(height);
     for (size_t row = 0; row < height; ++row) rows[row] = to + row * row_bytes;
     return succeeds([&] {
-      transform();
-      png_set_interlace_handling(png_);
-      png_read_update_info(png_, info_);
-      if (png_get_rowbytes(png_, info_) != row_bytes) on_error(*this, "it has odd channels");
+      begin_rows(row_bytes, transform);
       png_read_image(png_, rows.data());
       png_read_end(png_, nullptr);
     });
@@ -283,10 +299,11 @@ class WebpDecoder {
   bool has_alpha_ = false;
 };
 
-/// Calls `read(decoder)` once the picture's size is known.
+/// Calls `read(decoder)` once the picture's size is known, unless nothing of it is `needed`.
 template <class OneDecoder, class Result>
 std::optional<Result> decode(std::string_view bytes, uint64_t& texels, std::string& why,
-                             bool (*read)(OneDecoder& decoder, uint64_t wanted, Result& result)) {
+                             bool (*read)(OneDecoder& decoder, uint64_t wanted, Result& result),
+                             bool (*needed)(const OneDecoder& decoder) = nullptr) {
   OneDecoder decoder(bytes);
   const auto refused = [&] {
     // Both only report it as text.
@@ -297,6 +314,8 @@ std::optional<Result> decode(std::string_view bytes, uint64_t& texels, std::stri
     return std::nullopt;
   };
   if (!decoder.read_header()) return refused();
+  Result result{decoder.width, decoder.height, {}};
+  if (needed && !needed(decoder)) return result;
   const uint64_t wanted = uint64_t{decoder.width} * decoder.height;
   if (wanted > texels) {
     why = fmt::format("has {} x {} pixels, more than the limit ({} per file)", decoder.width, decoder.height,
@@ -304,7 +323,6 @@ std::optional<Result> decode(std::string_view bytes, uint64_t& texels, std::stri
     return std::nullopt;
   }
   texels -= wanted;  // also if it is damaged: it takes as long
-  Result result{decoder.width, decoder.height, {}};
   if (!read(decoder, wanted, result)) return refused();
   return result;
 }
@@ -317,9 +335,26 @@ bool read_colors(OneDecoder& decoder, uint64_t wanted, Texture& texture) {
 
 template <class OneDecoder>
 bool read_alpha(OneDecoder& decoder, uint64_t wanted, AlphaTexels& texels) {
-  if (!decoder.has_alpha()) return true;
   texels.alpha.resize(wanted);
   return decoder.read_alpha(texels.alpha.data());
+}
+
+template <class OneDecoder>
+bool has_alpha(const OneDecoder& decoder) {
+  return decoder.has_alpha();
+}
+
+template <class OneDecoder>
+bool read_mask(OneDecoder& decoder, uint64_t wanted, AlphaTexels& texels) {
+  if (decoder.has_alpha()) return read_alpha(decoder, wanted, texels);
+  Texture texture;
+  if (!read_colors(decoder, wanted, texture)) return false;
+  texels.alpha.resize(wanted);
+  for (uint64_t i = 0; i < wanted; ++i) {
+    const uint8_t* const at = texture.texels.data() + 3 * i;
+    texels.alpha[i] = uint16_t((at[0] + at[1] + at[2]) * 257 / 3);
+  }
+  return true;
 }
 
 std::nullopt_t refuse(std::string& why) {
@@ -337,9 +372,19 @@ std::optional<Texture> decode_image(std::string_view bytes, uint64_t& texels, st
 }
 
 std::optional<AlphaTexels> decode_alpha(std::string_view bytes, uint64_t& texels, std::string& why) {
-  if (PngDecoder::is_one(bytes)) return decode(bytes, texels, why, read_alpha<PngDecoder>);
-  if (JpegDecoder::is_one(bytes)) return decode(bytes, texels, why, read_alpha<JpegDecoder>);
-  if (WebpDecoder::is_one(bytes)) return decode(bytes, texels, why, read_alpha<WebpDecoder>);
+  if (PngDecoder::is_one(bytes))
+    return decode(bytes, texels, why, read_alpha<PngDecoder>, has_alpha<PngDecoder>);
+  if (JpegDecoder::is_one(bytes))
+    return decode(bytes, texels, why, read_alpha<JpegDecoder>, has_alpha<JpegDecoder>);
+  if (WebpDecoder::is_one(bytes))
+    return decode(bytes, texels, why, read_alpha<WebpDecoder>, has_alpha<WebpDecoder>);
+  return refuse(why);
+}
+
+std::optional<AlphaTexels> decode_mask(std::string_view bytes, uint64_t& texels, std::string& why) {
+  if (PngDecoder::is_one(bytes)) return decode(bytes, texels, why, read_mask<PngDecoder>);
+  if (JpegDecoder::is_one(bytes)) return decode(bytes, texels, why, read_mask<JpegDecoder>);
+  if (WebpDecoder::is_one(bytes)) return decode(bytes, texels, why, read_mask<WebpDecoder>);
   return refuse(why);
 }
 

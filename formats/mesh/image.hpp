@@ -11,7 +11,8 @@
 
 namespace nif::mesh::detail {
 
-/// Limit for all pictures of a file together: 2^28 texels take 768 MB.
+/// Limit for all pictures of a file together, and again for those that are read for their alpha: 2^28 texels take
+/// 768 MB, and their alpha 512 MB.
 inline constexpr uint64_t kMostTexels = uint64_t{1} << 28;
 
 /// Decodes a picture. Before that, its size is subtracted from `texels`, the rest of kMostTexels. Returns
@@ -28,5 +29,8 @@ struct AlphaTexels {
 
 /// The same for alpha: of a channel, or of a colour that a PNG calls transparent.
 std::optional<AlphaTexels> decode_alpha(std::string_view bytes, uint64_t& texels, std::string& why);
+
+/// The same for a picture that is a mask: without alpha, its brightness counts, the mean of red, green and blue.
+std::optional<AlphaTexels> decode_mask(std::string_view bytes, uint64_t& texels, std::string& why);
 
 }  // namespace nif::mesh::detail

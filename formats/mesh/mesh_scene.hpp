@@ -39,8 +39,8 @@ enum class NoteKind : uint8_t {
   gpu_instances,      ///< glTF: EXT_mesh_gpu_instancing of a skinned mesh
   flattened,          ///< glTF: instances that a transform leaves without area
   empty_primitives,   ///< glTF: primitives without a vertex or an index
-  see_through,        ///< glTF: materials that let light through, where triangles block all of it
-  pictures,           ///< glTF: a picture that cannot be read
+  see_through,        ///< glTF, OBJ: materials that let light through, where triangles block all of it
+  pictures,           ///< glTF, OBJ: a picture that cannot be read
   fixtures,           ///< cameras and lights
   volumes,            ///< OpenVDB: grids that are not level sets
   // Remarks: nothing was lost.
@@ -49,7 +49,8 @@ enum class NoteKind : uint8_t {
   pose,               ///< glTF: skins, read in another pose than the bind pose
   hidden,             ///< glTF: nodes hidden by KHR_node_visibility
   helpers,            ///< names of collision shapes and of levels of detail
-  clear,              ///< glTF: triangles that block nothing, because their material lets light through
+  clear,              ///< glTF, OBJ: triangles that block nothing, because their material lets light through
+  materials,          ///< OBJ: a file of materials that cannot be read
   bent_polygons,      ///< OBJ, PLY, OFF: polygons of five or more corners that are far from flat
   counted_by_length,  ///< STL: triangles after those that the header counts
 };

@@ -1,7 +1,7 @@
 // Wavefront OBJ: polygons with positive or relative indices. Each object ("o") becomes a mesh.
 //
-// This is our own code, because the reader of OpenMesh 9 opens any file that a "mtllib" line names (a device
-// blocks it for ever), skips vertices that it cannot parse, such as "nan", so that every later index refers
+// This is our own code, because the reader of OpenMesh 9 opens any file that a "mtllib" line names, also a device,
+// which blocks it for ever; skips vertices that it cannot parse, such as "nan", so that every later index refers
 // to another vertex, and removes repeated corners, so that degenerate triangles disappear uncounted.
 #include <fmt/format.h>
 
@@ -11,6 +11,7 @@
 
 #include "formats/mesh/chooser.hpp"
 #include "formats/mesh/far_from_origin.hpp"
+#include "formats/mesh/obj_materials.hpp"
 #include "formats/mesh/readers.hpp"
 #include "formats/mesh/text_cursor.hpp"
 
@@ -26,7 +27,7 @@ struct Object {
 class ObjReader {
  public:
   explicit ObjReader(const Input& input)
-      : input_(input), text_(input.bytes), faces_(input, all_), chooser_(input) {}
+      : input_(input), text_(input.bytes), faces_(input, all_), chooser_(input), alpha_(input) {}
 
   Scene read() {
     objects_.push_back({input_.stem, 0});
@@ -50,6 +51,8 @@ class ObjReader {
       const auto after = std::ranges::upper_bound(objects_, triangle, {}, &Object::first_triangle);
       return std::string_view(std::prev(after)->name);
     });
+    if (alpha_.any()) all_.alpha = alpha_.decide(all_.triangles);
+    alpha_.report(scene);
     scene = scene_of(split(), std::move(scene));
     if (skipped_curves_ != 0) {
       scene.notes.push_back(
@@ -88,13 +91,20 @@ class ObjReader {
       group_ = {};
       for (std::string_view name = words.word(); !name.empty(); name = words.word())
         group_ = group_ | chooser_.look_up(name);
-    } else if (keyword == "usemtl" && chooser_.active()) {
-      material_ = chooser_.look_up(words.rest_of_line());
+    } else if (keyword == "usemtl" && (chooser_.active() || alpha_.any())) {
+      const std::string_view name = words.rest_of_line();
+      alpha_.use(name);
+      if (chooser_.active()) material_ = chooser_.look_up(name);
+    } else if (keyword == "vt" && alpha_.any()) {
+      std::array<float, 2> place{};
+      for (float& part : place)
+        if (!parse_float(words.word(), part)) part = 0;
+      alpha_.add_coordinates(place);
     } else if (keyword == "l" || keyword == "p" || keyword == "curv" || keyword == "curv2" ||
                keyword == "surf") {
       ++skipped_curves_;
     }
-    // Everything else (normals, texture coordinates, groups, materials) does not affect the surface.
+    // Everything else (normals, smoothing groups) does not affect the surface.
   }
 
   void read_vertex(TextCursor& words) {
@@ -124,6 +134,7 @@ class ObjReader {
   void read_face(TextCursor& words) {
     saw_face_ = true;
     corners_.clear();
+    placed_.clear();
     for (std::string_view word = words.word(); !word.empty() && word[0] != '#'; word = words.word()) {
       int64_t index = 0;
       if (!parse_integer(word.substr(0, word.find('/')), index)) fail_word("face", word, "a vertex index");
@@ -137,8 +148,23 @@ class ObjReader {
                                 line_start_.line(), index, known));
       }
       corners_.push_back(static_cast<uint32_t>(vertex));
+      if (alpha_.any()) placed_.push_back({corners_.back(), coordinates_of(word)});
     }
-    if (chooser_.takes(object_ | group_ | material_)) faces_.polygon(corners_);
+    if (!chooser_.takes(object_ | group_ | material_)) return;
+    const uint64_t first = all_.triangles.size();
+    faces_.polygon(corners_);
+    alpha_.add_face(placed_, first, all_.triangles.size());
+  }
+
+  /// Of a corner "vertex/coordinates/normal".
+  uint32_t coordinates_of(std::string_view corner) const {
+    const size_t slash = corner.find('/');
+    if (slash == corner.npos) return ObjCorner::kNone;
+    const std::string_view after = corner.substr(slash + 1);
+    int64_t index;
+    if (!parse_integer(after.substr(0, after.find('/')), index)) return ObjCorner::kNone;
+    if (index < 0) index += int64_t{alpha_.coordinates()} + 1;
+    return index > 0 && index <= int64_t{UINT32_MAX} ? uint32_t(index - 1) : ObjCorner::kNone;
   }
 
   /// An object extends to the next "o" line; each such line starts a new one, even with a repeated name.
@@ -189,6 +215,9 @@ class ObjReader {
     mesh.name = name;
     mesh.triangles.assign(all_.triangles.begin() + static_cast<std::ptrdiff_t>(first),
                           all_.triangles.begin() + static_cast<std::ptrdiff_t>(last));
+    if (!all_.alpha.empty())
+      mesh.alpha.assign(all_.alpha.begin() + static_cast<std::ptrdiff_t>(first),
+                        all_.alpha.begin() + static_cast<std::ptrdiff_t>(last));
     std::vector<uint32_t> used;
     for (const Triangle& triangle : mesh.triangles) {
       for (const uint32_t v : triangle) {
@@ -225,10 +254,12 @@ class ObjReader {
   Mesh all_;  // every object's triangles, in the file's common index space
   FaceSink faces_;
   Chooser chooser_;
+  ObjMaterials alpha_;
   Named object_, group_, material_;  // the current ones for faces
   std::vector<Object> objects_;
   std::vector<uint32_t> corners_;
-  std::vector<uint32_t> local_;  // a vertex's index within the object being extracted
+  std::vector<ObjCorner> placed_;  // the same corners, if alpha may matter
+  std::vector<uint32_t> local_;    // a vertex's index within the object being extracted
   uint64_t skipped_curves_ = 0;
   bool saw_face_ = false;
 };

@@ -29,7 +29,7 @@ struct ReadLimits {
   /// Also read the colours of surfaces: Mesh::look. For PLY and OBJ vertex colours, for glTF also materials
   /// and their pictures (PNG, JPEG and WebP); other formats have none. Pictures do not affect Scene::source_hash.
   bool colors = false;
-  /// Which triangles let light through: Mesh::alpha. Of glTF, by its materials; other formats have only solid ones.
+  /// Which triangles let light through: Mesh::alpha. Of glTF and OBJ, by their materials; other formats have only solid ones.
   AlphaOptions alpha{};
   /// Drop triangles that use a vertex that is not finite, with a note that counts them, instead of refusing
   /// the file. A file that contains nothing else is refused. The vertices stay, unused.

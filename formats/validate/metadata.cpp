@@ -74,7 +74,7 @@ class MetadataCheck {
                                    {"options", Kind::object, true},    {"source", Kind::object, true},
                                    {"accuracy", Kind::object, true},   {"objects", Kind::array, true},
                                    {"hierarchy", Kind::object, false}, {"merge", Kind::object, false},
-                                   {"choice", Kind::object, false}};
+                                   {"choice", Kind::object, false},    {"alpha", Kind::object, false}};
     check(root, "", kMembers);
     constexpr Member kTool[] = {{"name", Kind::text, true}, {"version", Kind::text, true}};
     check(*tool, "/tool", kTool);
@@ -90,6 +90,7 @@ class MetadataCheck {
     if (const Json* hierarchy = member(root, "hierarchy")) check_hierarchy(*hierarchy);
     if (const Json* merge = member(root, "merge")) check_merge(*merge);
     if (const Json* choice = member(root, "choice")) check_choice(*choice);
+    if (const Json* alpha = member(root, "alpha")) check_alpha(*alpha);
   }
 
  private:
@@ -319,6 +320,20 @@ class MetadataCheck {
         for (size_t i = 0; i < names->size(); ++i)
           if (!(*names)[i].is_string())
             wrong("/choice/" + std::string(list.name) + "/" + std::to_string(i), text_of(Kind::text));
+  }
+
+  void check_alpha(const Json& alpha) {
+    constexpr Member kAlpha[] = {{"cutoff", Kind::number, true},
+                                 {"blend", Kind::text, true},
+                                 {"glass", Kind::text, true},
+                                 {"materials", Kind::array, true}};
+    check(alpha, "/alpha", kAlpha);
+    constexpr Member kMaterial[] = {{"name", Kind::text, true},      {"rule", Kind::text, true},
+                                    {"cutoff", Kind::number, false}, {"solid", Kind::count, true},
+                                    {"cut", Kind::count, true},      {"clear", Kind::count, true}};
+    if (const Json* materials = member(alpha, "materials"); materials && materials->is_array())
+      for (size_t i = 0; i < materials->size(); ++i)
+        check((*materials)[i], "/alpha/materials/" + std::to_string(i), kMaterial);
   }
 
   const format::AssetView& asset_;

@@ -155,6 +155,7 @@ std::map<NoteKind, mesh::Scene> examples() {
   json wall = first_primitive(pane);
   half_clear(pane);
   pane.json["meshes"][0]["primitives"].push_back(wall);
+  all[NoteKind::materials] = mesh::read("a.obj", "mtllib none.mtl\n" + kTriangle, {.alpha = {.read = true}});
   all[NoteKind::clear] = mesh::read("a.glb", pane.glb(), {.alpha = {.read = true}});
   all[NoteKind::pictures] = changed([](Gltf& gltf) {
     const int places =

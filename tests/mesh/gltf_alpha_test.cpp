@@ -170,14 +170,44 @@ TEST(GltfAlpha, PlacesInPictures) {
 }
 
 TEST(GltfAlpha, VertexColoursMultiply) {
-  Gltf gltf = strip(2, 1, {{"alphaMode", "MASK"}});
-  const int colors =
-      gltf.accessor(raw(std::vector<uint8_t>{9, 9, 9, 255, 9, 9, 9, 100, 9, 9, 9, 50,  // mean 135
-                                             9, 9, 9, 255, 9, 9, 9, 100, 9, 9, 9, 10}),
-                    5121, "VEC4", 6);
+  Gltf gltf = strip(3, 1, {{"alphaMode", "MASK"}});
+  std::vector<uint8_t> bytes;
+  for (const int alpha : {255, 200, 128, 127, 100, 0, 255, 0, 0}) {
+    bytes.resize(bytes.size() + 3, 9);
+    bytes.push_back(uint8_t(alpha));
+  }
+  const int colors = gltf.accessor(raw(bytes), 5121, "VEC4", 9);
   gltf.json["accessors"][colors]["normalized"] = true;
-  gltf.json["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = colors;
-  EXPECT_EQ(read(gltf).meshes[0].alpha, (Alphas{kSolid, kClear}));
+  json& primitive = gltf.json["meshes"][0]["primitives"][0];
+  primitive["attributes"]["COLOR_0"] = colors;
+  EXPECT_EQ(read(gltf).meshes[0].alpha, (Alphas{kSolid, kClear, kCut})) << "the last one blocks at a corner";
+  // An accessor of another type matters only to materials with alpha.
+  primitive["attributes"]["COLOR_0"] = primitive["attributes"]["TEXCOORD_0"];
+  EXPECT_EQ(read(gltf).meshes[0].alpha, Alphas());
+  primitive["attributes"]["COLOR_0"] = 99;
+  EXPECT_THROW(read(gltf), Error);
+  gltf.json["materials"] = {json::object()};
+  EXPECT_EQ(read(gltf).meshes[0].alpha, Alphas());
+}
+
+/// Primitives that share vertices do not make reading take long.
+TEST(GltfAlpha, BoundsWhatIsRead) {
+  constexpr int kPrimitives = 100;
+  Gltf gltf = strip(1000, 1, pictured({{"alphaMode", "MASK"}}));
+  give_picture(gltf, row_of({0, 255}));
+  json& primitives = gltf.json["meshes"][0]["primitives"];
+  primitives[0]["indices"] = gltf.indices({0, 1, 2});
+  for (int i = 1; i < kPrimitives; ++i) {
+    primitives.push_back(primitives[0]);
+    gltf.json["accessors"].push_back(gltf.json["accessors"][1]);
+    primitives[size_t(i)]["attributes"]["TEXCOORD_0"] = gltf.json["accessors"].size() - 1;
+  }
+  mesh::ReadLimits limits;
+  limits.alpha.read = true;
+  limits.max_triangles = 50'000;  // of 100,000 that would be read
+  EXPECT_THROW(mesh::read("a.glb", gltf.glb(), limits), Error);
+  limits.max_triangles = 200'000;
+  EXPECT_EQ(mesh::read("a.glb", gltf.glb(), limits).meshes[0].triangles.size(), size_t(kPrimitives));
 }
 
 TEST(GltfAlpha, PicturesThatCannotBeReadCountAsOpaque) {

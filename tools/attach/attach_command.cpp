@@ -125,6 +125,7 @@ Result remove(const Arguments& arguments, const mesh::GltfFile& file) {
 Result attach(const Arguments& arguments, const mesh::GltfFile& file, const mesh::Scene& scene,
               const format::FileMemory& memory) {
   const format::AssetView view = format::read_asset(memory.bytes(), arguments.asset);
+  if (!arguments.force) check_alpha(scene, view.metadata, arguments.asset, arguments.gltf);
   const bool reference = arguments.reference || !file.is_glb();
   NodeMatch match = arguments.force ? match_names(view, scene, arguments.asset, arguments.gltf)
                                     : match_nodes(view, scene, arguments.asset, arguments.gltf);

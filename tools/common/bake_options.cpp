@@ -307,10 +307,10 @@ void add_bake_options(Command command, BakeArguments& arguments) {
                    "make no bvh objects, because these have no voxels");
   add_choice_options(command, arguments.choice);
   command
-      .add_option(
-          "--alpha-cutoff", arguments.alpha_cutoff,
-          "Materials of glTF that blend (alphaMode BLEND) let light through where alpha is below this, e.g. "
-          "0.3; those with a cutoff of their own (MASK) keep it")
+      .add_option("--alpha-cutoff", arguments.alpha_cutoff,
+                  "Materials that blend (glTF: alphaMode BLEND; all of OBJ) let light through where alpha is "
+                  "below this, e.g. "
+                  "0.3; those with a cutoff of their own (MASK) keep it")
       .default_str("0.5");
   command
       .add_option(

@@ -58,6 +58,20 @@ mesh::ReadLimits limits_of_asset(const std::string& asset) {
   return limits_as_baked(format::read_asset(memory.bytes(), asset).metadata, asset);
 }
 
+void check_alpha(const mesh::Scene& scene, std::string_view metadata, const std::string& asset,
+                 const std::string& mesh) {
+  const auto root = parse_untrusted<nlohmann::ordered_json>(metadata);
+  const nlohmann::ordered_json recorded =
+      root.is_object() && root.contains("alpha") ? root.at("alpha") : nlohmann::ordered_json();
+  if (recorded != bake::alpha_metadata(scene))
+    throw Error(
+        Status::mesh_mismatch,
+        fmt::format(
+            "{} was not baked from {}: its materials let light through elsewhere; the mesh's materials "
+            "or pictures have changed",
+            asset, mesh));
+}
+
 std::optional<mesh::Scene> merged_as_baked(const mesh::Scene& scene, std::string_view metadata,
                                            const std::string& asset, const std::string& mesh) {
   const std::optional<mesh::MergeOptions> options =

@@ -45,6 +45,7 @@ MeasuredAsset::MeasuredAsset(const std::string& asset, const std::string& mesh,
   mesh::ReadLimits limits = limits_as_baked(metadata_of(info_), asset);
   limits.format = format;
   scene_ = mesh::read(mesh, limits);
+  check_alpha(scene_, metadata_of(info_), asset, shown_name(mesh));
   if (auto merged = merged_as_baked(scene_, metadata_of(info_), asset, mesh)) scene_ = *std::move(merged);
   prepared_ = naming(mesh, [&] { return bake::prepare(scene_); });
   const size_t count = prepared_.objects.size();

@@ -5,12 +5,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
 #include <optional>
 #include <set>
-#include <tuple>
 
 #include "formats/base/status.hpp"
 #include "formats/mesh/read.hpp"

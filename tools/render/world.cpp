@@ -216,6 +216,11 @@ std::shared_ptr<const mesh::Scene> World::add_asset(const ObjectDescription& obj
   const AssetScene::Added added = assets_.add(object);
   if (auto merged = tools::merged_as_baked(*meshes, added.metadata, *object.nif, object.mesh))
     meshes = std::make_shared<const mesh::Scene>(*std::move(merged));
+  if (std::ranges::any_of(meshes->meshes, [](const mesh::Mesh& mesh) { return !mesh.alpha.empty(); })) {
+    mesh::Scene blocking = *meshes;
+    mesh::drop_clear(blocking);
+    meshes = std::make_shared<const mesh::Scene>(std::move(blocking));
+  }
   std::set<std::array<mesh::Float3, 2>> bounds;
   for (const mesh::Mesh& mesh : meshes->meshes) {
     const mesh::Box box = mesh::bounds(mesh.positions, mesh.triangles);

@@ -9,18 +9,18 @@
 namespace nif::mesh::detail {
 namespace {
 
-constexpr double kOpaque = 65535;
-
-/// The least alpha of a texel with which a product is at least the cutoff; 65536 if there is none.
-uint32_t least_texel(double factor, double cutoff) {
-  if (!(factor * 0 < cutoff)) return 0;
-  if (!(factor >= cutoff)) return uint32_t(kOpaque) + 1;
-  auto least = uint32_t(std::clamp(std::floor(cutoff / factor * kOpaque) - 1, 0.0, kOpaque));
-  while (!(factor * (least / kOpaque) >= cutoff)) ++least;
-  return least;
+/// `transform`: Material::transform.
+TexelPoint place_in(const AlphaPicture& picture, const std::array<float, 6>& transform,
+                    const std::array<float, 2>& coordinates) {
+  const std::array<double, 2> size{double(picture.width()), double(picture.height())};
+  TexelPoint place;
+  for (size_t a = 0; a < 2; ++a) {
+    const float* const row = transform.data() + 3 * a;
+    const double at = (double{row[0]} * coordinates[0] + double{row[1]} * coordinates[1] + row[2]) * size[a];
+    place[a] = std::isfinite(at) ? at : 0;
+  }
+  return place;
 }
-
-double finite_or_zero(double x) { return std::isfinite(x) ? x : 0; }
 
 }  // namespace
 
@@ -47,81 +47,80 @@ const AlphaPicture* GltfAlpha::picture_of(size_t material) {
   const int image = source_.look.materials[material].image;
   if (image == -1) return nullptr;
   const auto [known, fresh] = known_.try_emplace(image);
-  auto& [picture, why] = known->second;
-  if (fresh) {
-    std::optional<AlphaTexels> texels = pictures_.read<AlphaTexels>(image, decode_alpha, why);
-    if (texels && !texels->alpha.empty()) picture.emplace(std::move(*texels));
-  }
-  if (!why.empty()) unread_[material] = why;
-  return picture ? &*picture : nullptr;
+  ReadPicture& read = known->second;
+  if (fresh) read.keep(pictures_.read<AlphaTexels>(image, decode_alpha, read.why));
+  if (!read.why.empty()) report_.cannot_read(material, read.why);
+  return read.get();
+}
+
+/// Many primitives may share large accessors, so what is read is limited.
+template <class Value, class Read>
+const std::vector<Value>& GltfAlpha::of_vertices(OfVertices<Value>& kept, int accessor, uint32_t count,
+                                                 const Read& read) {
+  if (kept.accessor == accessor && kept.values.size() >= count) return kept.values;
+  read_ += count;
+  if (read_ / 3 > input_.limits.max_triangles)
+    input_.fail(
+        Status::too_large,
+        fmt::format("has more texture coordinates and colours than the limit of {} triangles has corners",
+                    input_.limits.max_triangles));
+  kept.accessor = accessor;
+  kept.values = read(accessor, count);
+  kept.values.resize(std::max<size_t>(kept.values.size(), count), kept.otherwise);
+  return kept.values;
+}
+
+bool GltfAlpha::may_matter(int material) const {
+  return material >= 0 && size_t(material) < source_.surfaces.size() && rule_of(size_t(material));
 }
 
 std::vector<TriangleAlpha> GltfAlpha::decide(const GltfDrawn& drawn, std::span<const Triangle> triangles,
                                              uint32_t base, uint32_t vertices) {
-  if (triangles.empty() || drawn.material < 0 || size_t(drawn.material) >= source_.surfaces.size()) return {};
+  if (triangles.empty() || !may_matter(drawn.material)) return {};
   const auto material = size_t(drawn.material);
   const std::optional<Rule> rule = rule_of(material);
-  if (!rule) return {};
   const GltfSurface& surface = source_.surfaces[material];
-  const auto [at, fresh] = materials_.try_emplace(material);
-  MaterialAlpha& counted = at->second;
-  if (fresh) {
-    counted.name = surface.name.empty() ? fmt::format("material {}", material) : short_name(surface.name);
-    counted.rule = rule->rule;
-    counted.cutoff = rule->cutoff;
-  }
+  MaterialAlpha& described = report_.of(material);
+  described.name = surface.name.empty() ? fmt::format("material {}", material) : short_name(surface.name);
+  described.rule = rule->rule;
+  described.cutoff = rule->cutoff;
   std::vector<TriangleAlpha> alpha(triangles.size(), rule->always.value_or(TriangleAlpha::cut));
-  if (!rule->always && !drawn.hidden) {
-    const double factor = std::clamp(surface.factor, 0.0, 1.0);
-    std::vector<float> colors;
-    if (drawn.colors != -1) colors = data_.alphas(drawn.colors, vertices);
-    colors.resize(vertices, 1.0f);
+  if (!rule->always) {
+    const Material& look = source_.look.materials[material].material;
     const AlphaPicture* const picture = drawn.coordinates == -1 ? nullptr : picture_of(material);
-    std::vector<TexelPoint> places;
-    if (picture) {
-      const std::vector<std::array<float, 2>> coordinates = data_.coordinates(drawn.coordinates, vertices);
-      const std::array<float, 6>& to = source_.look.materials[material].material.transform;
-      for (const auto& [u, v] : coordinates)
-        places.push_back(
-            {finite_or_zero((double{to[0]} * u + double{to[1]} * v + to[2]) * picture->width()),
-             finite_or_zero((double{to[3]} * u + double{to[4]} * v + to[5]) * picture->height())});
-    }
-    places.resize(vertices);
-    for (size_t t = 0; t < triangles.size(); ++t) {
-      std::array<TexelPoint, 3> corners;
-      double sum = 0;
-      for (size_t k = 0; k < 3; ++k) {
-        const uint32_t v = triangles[t][k] - base;
-        corners[k] = places[v];
-        sum += colors[v];
+    const AlphaTest test{std::clamp(surface.factor, 0.0, 1.0), rule->cutoff, picture, look.wrap};
+    if (drawn.hidden && (picture || drawn.colors != -1)) {
+      // The factor alone may be below the cutoff.
+      if (test.factor < test.cutoff) std::ranges::fill(alpha, TriangleAlpha::clear);
+    } else {
+      using Places = std::vector<std::array<float, 2>>;
+      const Places* const places =
+          picture
+              ? &of_vertices(coordinates_, drawn.coordinates, vertices,
+                             [&](int accessor, uint32_t count) { return data_.coordinates(accessor, count); })
+              : nullptr;
+      const std::vector<float>* const vertex_alphas =
+          drawn.colors == -1
+              ? nullptr
+              : &of_vertices(colors_, drawn.colors, vertices,
+                             [&](int accessor, uint32_t count) { return data_.alphas(accessor, count); });
+      for (size_t t = 0; t < triangles.size(); ++t) {
+        std::array<TexelPoint, 3> corners{};
+        std::array<float, 3> colors{1, 1, 1};
+        for (size_t k = 0; k < 3; ++k) {
+          const uint32_t v = triangles[t][k] - base;
+          if (picture) corners[k] = place_in(*picture, look.transform, (*places)[v]);
+          if (vertex_alphas) colors[k] = (*vertex_alphas)[v];
+        }
+        const auto [least, most] = std::ranges::minmax(colors);
+        alpha[t] = test.show(corners, least, most);
       }
-      const double whole = factor * (sum / 3);
-      if (picture)
-        alpha[t] = picture->show(corners, source_.look.materials[material].material.wrap,
-                                 least_texel(whole, rule->cutoff));
-      else
-        alpha[t] = whole >= rule->cutoff ? TriangleAlpha::solid : TriangleAlpha::clear;
     }
   }
-  for (const TriangleAlpha one : alpha)
-    ++(one == TriangleAlpha::solid ? counted.solid : one == TriangleAlpha::cut ? counted.cut : counted.clear);
+  for (const TriangleAlpha one : alpha) report_.count(material, one);
   return std::ranges::count(alpha, TriangleAlpha::solid) == ptrdiff_t(alpha.size())
              ? std::vector<TriangleAlpha>()
              : alpha;
-}
-
-void GltfAlpha::report(Scene& scene) const {
-  for (const auto& [material, counted] : materials_) scene.see_through.push_back(counted);
-  size_t notes = 0;
-  for (const auto& [material, why] : unread_)
-    if (++notes <= kMostNotes)
-      scene.notes.push_back(
-          {NoteKind::pictures, fmt::format("{}: the picture of material '{}' {}; it counts as opaque",
-                                           input_.file.string(), materials_.at(material).name, why)});
-  if (notes > kMostNotes)
-    scene.notes.push_back(
-        {NoteKind::pictures, fmt::format("{}: the pictures of {} more materials cannot be read",
-                                         input_.file.string(), notes - kMostNotes)});
 }
 
 }  // namespace nif::mesh::detail

@@ -1,6 +1,7 @@
 // Decides which triangles of a glTF let light through.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -8,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "formats/mesh/alpha_picture.hpp"
+#include "formats/mesh/alpha_test.hpp"
 #include "formats/mesh/gltf/pictures.hpp"
 
 namespace nif::mesh::detail {
@@ -22,20 +23,22 @@ struct GltfDrawn {
   bool hidden = false;
 };
 
-/// Alpha is that of the base colour: the material's factor, times the mean of the triangle's vertex colours, times
-/// the texel that a point is in. Not thread-safe.
+/// Alpha is that of the base colour: the material's factor, times that of vertex colours, times the texel that a point
+/// is in. Not thread-safe.
 class GltfAlpha {
  public:
   GltfAlpha(const Input& input, const GltfSource& source, const GltfData& data, Scene& scene)
       : input_(input), source_(source), data_(data), pictures_(input, source.look, data, scene) {}
+
+  /// Whether anything with this material may let light through.
+  bool may_matter(int material) const;
 
   /// Decides for triangles whose first vertex is `base`, of `vertices`. The result has one for each, or none if all
   /// are solid.
   std::vector<TriangleAlpha> decide(const GltfDrawn& drawn, std::span<const Triangle> triangles,
                                     uint32_t base, uint32_t vertices);
 
-  /// Describes the materials that may let light through, and pictures that could not be read.
-  void report(Scene& scene) const;
+  const AlphaReport& report() const { return report_; }
 
  private:
   /// What a material says.
@@ -52,13 +55,24 @@ class GltfAlpha {
   const GltfSource& source_;
   const GltfData& data_;
   GltfPictures pictures_;
-  struct Known {
-    std::optional<AlphaPicture> picture;
-    std::string why;  ///< it cannot be read
+  /// Values of the vertices of the accessor that was read last.
+  template <class Value>
+  struct OfVertices {
+    Value otherwise;
+    int accessor = -1;
+    std::vector<Value> values{};
   };
-  std::map<int, Known> known_;                 ///< by image
-  std::map<size_t, MaterialAlpha> materials_;  ///< of triangles so far
-  std::map<size_t, std::string> unread_;       ///< why a material's picture cannot be read
+
+  /// Reads them, unless they are there. There are `count` at least.
+  template <class Value, class Read>
+  const std::vector<Value>& of_vertices(OfVertices<Value>& kept, int accessor, uint32_t count,
+                                        const Read& read);
+
+  std::map<int, ReadPicture> known_;  ///< by image
+  OfVertices<std::array<float, 2>> coordinates_{{0, 0}};
+  OfVertices<float> colors_{1};
+  uint64_t read_ = 0;  ///< values of vertices
+  AlphaReport report_;
 };
 
 }  // namespace nif::mesh::detail

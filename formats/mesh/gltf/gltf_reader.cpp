@@ -9,7 +9,6 @@
 #include <new>
 #include <set>
 
-#include "formats/base/quantities.hpp"
 #include "formats/mesh/far_from_origin.hpp"
 #include "formats/mesh/flat_meshes.hpp"
 #include "formats/mesh/gltf/accessor.hpp"
@@ -280,36 +279,10 @@ void note_what_is_shown(const Input& input, const GltfHierarchy& hierarchy,
                    materials == 1 ? "it" : "them"));
 }
 
-/// "2 materials ('leaf', 'bark')"
-std::string named(const std::vector<std::string>& names) {
-  constexpr size_t kNamed = 5;
-  std::string list;
-  for (size_t i = 0; i < std::min(kNamed, names.size()); ++i)
-    list += fmt::format("{}'{}'", i == 0 ? "" : ", ", names[i]);
-  return fmt::format("{} ({}{})", count_of(names.size(), "material"), list,
-                     names.size() > kNamed ? ", ..." : "");
-}
-
-/// Adds notes about what Scene::see_through means for rays.
-void note_alpha(const Input& input, Scene& scene) {
-  std::vector<std::string> cut, clear;
-  uint64_t holes = 0, gone = 0;
-  for (const MaterialAlpha& material : scene.see_through) {
-    if (material.cut != 0) cut.push_back(material.name);
-    if (material.clear != 0) clear.push_back(material.name);
-    holes += material.cut, gone += material.clear;
-  }
-  if (!cut.empty())
-    scene.notes.push_back(
-        {NoteKind::see_through,
-         fmt::format("{}: {} of {} {} holes, which are filled: {} as if solid.", input.file.string(),
-                     count_of(holes, "triangle"), named(cut), holes == 1 ? "has" : "have",
-                     holes == 1 ? "it blocks" : "they block")});
-  if (!clear.empty())
-    scene.notes.push_back(
-        {NoteKind::clear, fmt::format("{}: {} of {} {} light through, and {} nothing.", input.file.string(),
-                                      count_of(gone, "triangle"), named(clear), gone == 1 ? "lets" : "let",
-                                      gone == 1 ? "blocks" : "block")});
+/// Keeps the first of each.
+void drop_repeated(std::vector<std::string>& files) {
+  std::set<std::string> known;
+  std::erase_if(files, [&](const std::string& file) { return !known.insert(file).second; });
 }
 
 /// [material] whether a primitive of a mesh uses it.
@@ -378,8 +351,8 @@ Scene read_gltf(const Input& input, std::vector<ExternalFile>& external) {
     add_new(std::move(notes), scene.notes);
   }
   note_what_is_shown(input, hierarchy, source.surfaces, so_far, scene);
-  alpha.report(scene);
-  note_alpha(input, scene);
+  alpha.report().write(input, scene);
+  drop_repeated(scene.files);  // pictures that are read for their colours and for their alpha
 
   NodeCollector nodes(model, hierarchy, source.moving);
   FlatMeshes flat(input, scene);

@@ -76,7 +76,8 @@ void read_transform(const json& info, GltfMaterial& out) {
 int image_of(const json& texture) {
   const json* extensions = member(texture, "extensions");
   const json* webp = extensions ? member(*extensions, "EXT_texture_webp") : nullptr;
-  if (webp != nullptr && member(*webp, "source")) return index_in(*webp, "source");
+  const int better = webp != nullptr ? index_in(*webp, "source") : -1;
+  if (better != -1) return better;
   return member(texture, "source") ? index_in(texture, "source") : kInExtension;
 }
 

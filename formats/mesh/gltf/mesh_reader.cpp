@@ -91,6 +91,7 @@ class MeshReader {
   /// Decides what the triangles that were just read let through.
   void decide_alpha(const tinygltf::Primitive& primitive) {
     const std::span<const Triangle> triangles = std::span(mesh_.triangles).subspan(first_triangle_);
+    if (triangles.empty() || !alpha_->may_matter(primitive.material)) return;
     const auto colors = primitive.attributes.find("COLOR_0");
     const bool has_alpha = colors != primitive.attributes.end() && data_.has_alpha(colors->second);
     const std::vector<TriangleAlpha> alpha = alpha_->decide({.material = primitive.material,

@@ -3,8 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
 #include "formats/mesh/file_bytes.hpp"
 #include "formats/mesh/gltf/uri.hpp"
 
@@ -21,9 +19,18 @@ void GltfPictures::with_bytes(int image, std::string& why, const Use& use) {
   }
   const GltfImage& source = look_.images[size_t(image)];
   try {
-    if (source.view >= 0) return use(data_.view(source.view));
+    const auto use_within_limit = [&](std::string_view bytes) {
+      if (bytes.size() > bytes_) {
+        why = "is more than all pictures of a file may have";
+        return;
+      }
+      bytes_ -= bytes.size();
+      use(bytes);
+    };
+    if (source.view >= 0) return use_within_limit(data_.view(source.view));
     if (source.uri.starts_with("data:")) {
-      if (const std::optional<std::string> bytes = decode_data_uri(source.uri)) return use(*bytes);
+      if (const std::optional<std::string> bytes = decode_data_uri(source.uri))
+        return use_within_limit(*bytes);
       why = "has a data URI that is not base64";
       return;
     }
@@ -32,10 +39,9 @@ void GltfPictures::with_bytes(int image, std::string& why, const Use& use) {
       why = "is not a local file";
       return;
     }
-    const ByteBuffer bytes = load_named_file(*path, input_.limits.max_decompressed_bytes);
-    if (std::ranges::find(scene_.files, path->string()) == scene_.files.end())
-      scene_.files.push_back(path->string());
-    use(bytes.view());
+    const ByteBuffer bytes = load_named_file(*path, bytes_);
+    scene_.files.push_back(path->string());
+    use_within_limit(bytes.view());
   } catch (const Error& error) {
     why = error.status() == Status::file_not_found ? fmt::format("is at '{}', which is missing", source.uri)
                                                    : "cannot be read";

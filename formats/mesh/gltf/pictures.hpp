@@ -15,9 +15,10 @@ namespace nif::mesh::detail {
 class GltfPictures {
  public:
   GltfPictures(const Input& input, const GltfLook& look, const GltfData& data, Scene& scene)
-      : input_(input), look_(look), data_(data), scene_(scene) {}
+      : input_(input), look_(look), data_(data), scene_(scene), bytes_(input.limits.max_decompressed_bytes) {}
 
-  /// As decode_image() or decode_alpha(). All pictures of one object share kMostTexels.
+  /// As decode_image() or decode_alpha(). All that one GltfPictures reads shares kMostTexels, and
+  /// ReadLimits::max_decompressed_bytes.
   template <class Result>
   using Decode = std::optional<Result> (*)(std::string_view bytes, uint64_t& texels, std::string& why);
 
@@ -38,7 +39,7 @@ class GltfPictures {
   const GltfLook& look_;
   const GltfData& data_;
   Scene& scene_;
-  uint64_t texels_ = kMostTexels;
+  uint64_t bytes_, texels_ = kMostTexels;  ///< that may still be read
 };
 
 }  // namespace nif::mesh::detail

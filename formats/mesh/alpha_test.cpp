@@ -1,0 +1,90 @@
+// The cutoff is turned into the least alpha of a texel that blocks, so that pictures compare whole numbers.
+#include "formats/mesh/alpha_test.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "formats/base/quantities.hpp"
+#include "formats/mesh/readers.hpp"
+
+namespace nif::mesh::detail {
+namespace {
+
+constexpr double kOpaque = 65535;
+
+/// The least alpha of a texel with which a product is at least the cutoff; 65536 if there is none.
+uint32_t least_texel(double factor, double cutoff) {
+  if (!(factor * 0 < cutoff)) return 0;
+  if (!(factor >= cutoff)) return uint32_t(kOpaque) + 1;
+  auto least = uint32_t(std::clamp(std::floor(cutoff / factor * kOpaque) - 1, 0.0, kOpaque));
+  while (!(factor * (least / kOpaque) >= cutoff)) ++least;
+  return least;
+}
+
+/// "2 materials ('leaf', 'bark')"
+std::string named(const std::vector<std::string>& names) {
+  constexpr size_t kNamed = 5;
+  std::string list;
+  for (size_t i = 0; i < std::min(kNamed, names.size()); ++i)
+    list += fmt::format("{}'{}'", i == 0 ? "" : ", ", names[i]);
+  return fmt::format("{} ({}{})", count_of(names.size(), "material"), list,
+                     names.size() > kNamed ? ", ..." : "");
+}
+
+}  // namespace
+
+TriangleAlpha AlphaTest::show(const std::array<TexelPoint, 3>& corners, float least_alpha,
+                              float most_alpha) const {
+  const TriangleAlpha least = show_at(corners, least_alpha),
+                      most = least_alpha == most_alpha ? least : show_at(corners, most_alpha);
+  return least == most ? least : TriangleAlpha::cut;
+}
+
+TriangleAlpha AlphaTest::show_at(const std::array<TexelPoint, 3>& corners, double alpha) const {
+  const double whole = factor * alpha;
+  if (picture) return picture->show(corners, wrap, least_texel(whole, cutoff));
+  return whole >= cutoff ? TriangleAlpha::solid : TriangleAlpha::clear;
+}
+
+void AlphaReport::count(size_t material, TriangleAlpha alpha) {
+  MaterialAlpha& counted = materials_[material];
+  ++(alpha == TriangleAlpha::solid ? counted.solid
+     : alpha == TriangleAlpha::cut ? counted.cut
+                                   : counted.clear);
+}
+
+void AlphaReport::write(const Input& input, Scene& scene) const {
+  const auto note = [&](NoteKind kind, const std::string& text) {
+    scene.notes.push_back({kind, fmt::format("{}: {}", input.file.string(), text)});
+  };
+  std::vector<std::string> cut, clear;
+  uint64_t holes = 0, gone = 0;
+  for (const auto& [number, described] : materials_) {
+    MaterialAlpha& material = scene.see_through.emplace_back(described);
+    material.name = clean_name(described.name.substr(0, 128));
+    if (material.cut != 0) cut.push_back(material.name);
+    if (material.clear != 0) clear.push_back(material.name);
+    holes += material.cut, gone += material.clear;
+  }
+  if (!cut.empty())
+    note(NoteKind::see_through,
+         fmt::format("{} of {} {} holes, which are filled: {} as if solid.", count_of(holes, "triangle"),
+                     named(cut), holes == 1 ? "has" : "have", holes == 1 ? "it blocks" : "they block"));
+  if (!clear.empty())
+    note(NoteKind::clear,
+         fmt::format("{} of {} {} light through, and {} nothing.", count_of(gone, "triangle"), named(clear),
+                     gone == 1 ? "lets" : "let", gone == 1 ? "blocks" : "block"));
+  size_t notes = 0;
+  for (const auto& [material, why] : unread_)
+    if (++notes <= kMostNotes)
+      note(NoteKind::pictures, fmt::format("the picture of material '{}' {}; it counts as opaque",
+                                           clean_name(materials_.at(material).name.substr(0, 128)), why));
+  if (notes > kMostNotes)
+    note(NoteKind::pictures,
+         fmt::format("the pictures of {} more materials cannot be read", notes - kMostNotes));
+}
+
+}  // namespace nif::mesh::detail
