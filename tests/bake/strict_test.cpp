@@ -177,6 +177,24 @@ std::map<NoteKind, mesh::Scene> examples() {
   return all;
 }
 
+/// Meshes that block nothing are left out without a word, because the reader has noted them.
+TEST(Strict, AcceptsMeshesThatBlockNothing) {
+  mesh::Scene scene = examples().at(NoteKind::clear);
+  scene.notes.clear();
+  mesh::Mesh pane = scene.meshes[0];
+  pane.alpha.assign(pane.triangles.size(), mesh::TriangleAlpha::clear);
+  for (uint32_t m = 1; m <= 2; ++m) {
+    scene.meshes.push_back(pane);
+    scene.instances.push_back({"pane", m});
+  }
+  const bake::PreparedScene prepared = bake::prepare(scene, true);
+  EXPECT_EQ(prepared.objects.size(), 1u);
+  EXPECT_EQ(prepared.instances.size(), 1u);
+  scene.meshes.erase(scene.meshes.begin());
+  scene.instances = {{"pane", 0}, {"pane", 1}};
+  EXPECT_THROW(bake::prepare(scene, false), Error) << "nothing is left";
+}
+
 TEST(Strict, RefusesEveryKindOfLoss) {
   const std::map<NoteKind, mesh::Scene> all = examples();
   for (size_t number = 0; number < mesh::kNoteKinds; ++number) {

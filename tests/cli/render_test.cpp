@@ -81,6 +81,28 @@ TEST_F(Render, ExactAssetsGiveTheReferencesPicture) {
   EXPECT_EQ(listing(out_), files);
 }
 
+/// A pane of glass around the ring: neither the asset nor the reference has it.
+TEST_F(Render, WhatLetsLightThroughIsInNeither) {
+  folder_.write("a.mtl", "newmtl glass\nd 0.1\n");
+  folder_.write("ring.obj", "mtllib a.mtl\n" + obj_text(torus(64, 32)) +
+                                "v -9 -9 -9\nv 9 -9 -9\nv 0 9 9\nusemtl glass\nf -1 -2 -3\n");
+  bake("bvh");
+  const std::string scene =
+      folder_.write("scene.toml", scene_text("mesh = 'ring.obj'\nnif = 'bvh.nif'\n")).string();
+  const Outcome outcome = nif({"render", scene, "-o", out_, "--json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const json report = json::parse(outcome.out);
+  EXPECT_EQ(report["triangles"], torus(64, 32).triangles.size());
+  for (const auto& [name, camera] : report["cameras"].items())
+    EXPECT_LT(camera["error"].get<double>(), 1e-3) << name;
+  // Another library: the asset is of other triangles.
+  folder_.write("a.mtl", "newmtl glass\n");
+  const Outcome changed = nif({"eval", (folder_.path() / "bvh.nif").string(), "--mesh",
+                               (folder_.path() / "ring.obj").string(), "--rays", "1000"});
+  EXPECT_EQ(changed.code, int(Status::mesh_mismatch));
+  EXPECT_NE(changed.err.find("materials or pictures have changed"), std::string::npos) << changed.err;
+}
+
 TEST_F(Render, FieldsComeCloseAndThreadsDoNotMatter) {
   bake("segment");
   const std::string scene =
