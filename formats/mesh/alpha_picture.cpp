@@ -63,7 +63,8 @@ AlphaPicture::AlphaPicture(AlphaTexels texels) {
 /// Of one triangle, over all repetitions of the picture.
 class AlphaPicture::Search {
  public:
-  Search(const AlphaPicture& picture, uint32_t least) : picture_(picture), least_(least) {}
+  Search(const AlphaPicture& picture, uint32_t least, uint64_t& steps)
+      : picture_(picture), least_(least), left_(steps) {}
 
   bool done() const { return blocks_ && passes_; }
   TriangleAlpha found() const {
@@ -87,7 +88,8 @@ class AlphaPicture::Search {
 
   /// Recursion is as deep as there are levels: nine of the largest picture.
   void visit(uint32_t number, uint32_t x, uint32_t y) {
-    if (++steps_ > kMostSteps) return look_everywhere();
+    if (left_ == 0 || ++taken_ > kMostStepsOfOne) return look_everywhere();
+    --left_;
     const Level& level = picture_.levels_[number];
     const Range& range = level.ranges[size_t{y} * level.width + x];
     const bool blocks = range.most >= least_, passes = range.least < least_;
@@ -113,14 +115,15 @@ class AlphaPicture::Search {
   const AlphaPicture& picture_;
   const uint32_t least_;
   bool blocks_ = false, passes_ = false;  ///< texels of that kind have been found
-  uint32_t steps_ = 0;
+  uint64_t& left_;                        ///< steps, for the file
+  uint32_t taken_ = 0;                    ///< for the triangle
   std::array<TexelPoint, 3> corners_{};
   std::array<bool, 2> clamped_{};
 };
 
 TriangleAlpha AlphaPicture::show(const std::array<TexelPoint, 3>& corners, const std::array<Wrap, 2>& wrap,
-                                 uint32_t least) const {
-  Search search(*this, least);
+                                 uint32_t least, uint64_t& steps) const {
+  Search search(*this, least, steps);
   const std::array<double, 2> size{double(width()), double(height())};
   const std::array<bool, 2> clamped{wrap[0] == Wrap::clamp, wrap[1] == Wrap::clamp};
   std::array<double, 2> first{}, last{};

@@ -26,14 +26,17 @@ class AlphaPicture {
   /// A texel counts if the triangle comes within a 64th of a texel of its square; without area, if their boxes do.
   /// `cut` is also the answer if the picture has both kinds of texels, and the triangle spans more than kMostTiles
   /// repetitions, is too far away, or takes too many steps.
+  /// `steps`: those that may still be taken, for all triangles of a file.
   TriangleAlpha show(const std::array<TexelPoint, 3>& corners, const std::array<Wrap, 2>& wrap,
-                     uint32_t least) const;
+                     uint32_t least, uint64_t& steps) const;
+
+  static constexpr uint64_t kMostSteps = uint64_t{1} << 30;  ///< for a file: some ten seconds
 
  private:
   static constexpr uint32_t kBlockBits = 2;
   static constexpr uint32_t kBlock = 1 << kBlockBits;  ///< blocks of a level in one of the next, along a side
   static constexpr double kMostTiles = 16;
-  static constexpr uint32_t kMostSteps = 20'000;
+  static constexpr uint32_t kMostStepsOfOne = 20'000;
 
   struct Range {
     uint16_t least, most;

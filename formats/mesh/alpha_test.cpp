@@ -15,13 +15,26 @@ namespace {
 
 constexpr double kOpaque = 65535;
 
+bool blocks(double alpha, double cutoff) { return static_cast<float>(alpha) >= static_cast<float>(cutoff); }
+
 /// The least alpha of a texel with which a product is at least the cutoff; 65536 if there is none.
 uint32_t least_texel(double factor, double cutoff) {
-  if (!(factor * 0 < cutoff)) return 0;
-  if (!(factor >= cutoff)) return uint32_t(kOpaque) + 1;
+  if (blocks(0, cutoff)) return 0;
+  if (!blocks(factor, cutoff)) return uint32_t(kOpaque) + 1;
   auto least = uint32_t(std::clamp(std::floor(cutoff / factor * kOpaque) - 1, 0.0, kOpaque));
-  while (!(factor * (least / kOpaque) >= cutoff)) ++least;
+  while (!blocks(factor * (least / kOpaque), cutoff)) ++least;
   return least;
+}
+
+/// At most 128 bytes, of whole characters.
+std::string short_clean_name(std::string_view name) {
+  constexpr size_t kMost = 128;
+  if (name.size() > kMost) {
+    size_t end = kMost;
+    while (end > kMost - 4 && (uint8_t(name[end]) & 0xC0) == 0x80) --end;
+    name = name.substr(0, end);
+  }
+  return clean_name(name);
 }
 
 /// "2 materials ('leaf', 'bark')"
@@ -36,17 +49,18 @@ std::string named(const std::vector<std::string>& names) {
 
 }  // namespace
 
-TriangleAlpha AlphaTest::show(const std::array<TexelPoint, 3>& corners, float least_alpha,
+TriangleAlpha AlphaTest::show(const std::array<TexelPoint, 3>& corners, uint64_t& steps, float least_alpha,
                               float most_alpha) const {
-  const TriangleAlpha least = show_at(corners, least_alpha),
-                      most = least_alpha == most_alpha ? least : show_at(corners, most_alpha);
+  const TriangleAlpha least = show_at(corners, least_alpha, steps),
+                      most = least_alpha == most_alpha ? least : show_at(corners, most_alpha, steps);
   return least == most ? least : TriangleAlpha::cut;
 }
 
-TriangleAlpha AlphaTest::show_at(const std::array<TexelPoint, 3>& corners, double alpha) const {
+TriangleAlpha AlphaTest::show_at(const std::array<TexelPoint, 3>& corners, double alpha,
+                                 uint64_t& steps) const {
   const double whole = factor * alpha;
-  if (picture) return picture->show(corners, wrap, least_texel(whole, cutoff));
-  return whole >= cutoff ? TriangleAlpha::solid : TriangleAlpha::clear;
+  if (picture) return picture->show(corners, wrap, least_texel(whole, cutoff), steps);
+  return blocks(whole, cutoff) ? TriangleAlpha::solid : TriangleAlpha::clear;
 }
 
 void AlphaReport::count(size_t material, TriangleAlpha alpha) {
@@ -64,7 +78,7 @@ void AlphaReport::write(const Input& input, Scene& scene) const {
   uint64_t holes = 0, gone = 0;
   for (const auto& [number, described] : materials_) {
     MaterialAlpha& material = scene.see_through.emplace_back(described);
-    material.name = clean_name(described.name.substr(0, 128));
+    material.name = short_clean_name(described.name);
     if (material.cut != 0) cut.push_back(material.name);
     if (material.clear != 0) clear.push_back(material.name);
     holes += material.cut, gone += material.clear;
@@ -81,7 +95,7 @@ void AlphaReport::write(const Input& input, Scene& scene) const {
   for (const auto& [material, why] : unread_)
     if (++notes <= kMostNotes)
       note(NoteKind::pictures, fmt::format("the picture of material '{}' {}; it counts as opaque",
-                                           clean_name(materials_.at(material).name.substr(0, 128)), why));
+                                           short_clean_name(materials_.at(material).name), why));
   if (notes > kMostNotes)
     note(NoteKind::pictures,
          fmt::format("the pictures of {} more materials cannot be read", notes - kMostNotes));

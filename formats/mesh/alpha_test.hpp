@@ -11,7 +11,8 @@
 
 namespace nif::mesh::detail {
 
-/// Of a material: alpha is the factor, times that of a vertex, times that of a texel. Compared in doubles.
+/// Of a material: alpha is the factor, times that of a vertex, times that of a texel. Multiplied in doubles, compared in floats, as
+/// files have them.
 struct AlphaTest {
   double factor = 1;  ///< 0 to 1
   double cutoff = 0;
@@ -20,11 +21,12 @@ struct AlphaTest {
 
   /// What a triangle is whose corners are at these places of the picture. The alpha of its vertices lies between two
   /// bounds; if they decide differently, it is cut.
-  TriangleAlpha show(const std::array<TexelPoint, 3>& corners, float least_alpha = 1,
+  /// `steps`: as AlphaPicture::show().
+  TriangleAlpha show(const std::array<TexelPoint, 3>& corners, uint64_t& steps, float least_alpha = 1,
                      float most_alpha = 1) const;
 
  private:
-  TriangleAlpha show_at(const std::array<TexelPoint, 3>& corners, double alpha) const;
+  TriangleAlpha show_at(const std::array<TexelPoint, 3>& corners, double alpha, uint64_t& steps) const;
 };
 
 /// A picture that was read for its alpha.

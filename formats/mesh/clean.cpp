@@ -170,7 +170,8 @@ CleanMesh clean(const Mesh& mesh) {
   CleanMesh out = clean_or_nothing(mesh);
   if (out.triangles.empty()) {
     const std::string why =
-        out.report.clear == mesh.triangles.size() ? " triangles, but all of them let light through"
+        out.report.clear == mesh.triangles.size() ? " triangles, but all of them let light through, and "
+                                                    "block nothing (--ignore-alpha makes them solid)"
         : out.report.clear == 0                   ? " triangles, but none of them has an area"
                                 : " triangles, but none of them has an area and blocks light";
     throw Error(Status::all_degenerate,

@@ -36,7 +36,7 @@ std::optional<size_t> values_of(std::string_view option) {
 ObjMaterials::ObjMaterials(const Input& input) : input_(input), bytes_(input.limits.max_decompressed_bytes) {
   if (!input.limits.alpha.read) return;
   constexpr std::string_view kKeyword = "mtllib";
-  for (size_t at = input.bytes.find(kKeyword); at != input.bytes.npos && tried_ < kMostLibraries;
+  for (size_t at = input.bytes.find(kKeyword); at != input.bytes.npos;
        at = input.bytes.find(kKeyword, at + kKeyword.size())) {
     const size_t before = input.bytes.substr(0, at).find_last_not_of(" \t");
     const bool begins =
@@ -68,21 +68,26 @@ std::optional<ByteBuffer> ObjMaterials::load(std::string_view name) {
 
 /// A line names one file with spaces, or several without.
 void ObjMaterials::read_libraries(std::string_view line) {
-  if (line.empty() || read_library(line)) return;
+  if (line.empty() || (libraries_.size() < kMostLibraries && read_library(line))) return;
   TextCursor words(line);
   bool any = false;
-  for (std::string_view name = words.word(); !name.empty() && name != line && tried_ < kMostLibraries;
-       name = words.word())
+  for (std::string_view name = words.word();
+       !name.empty() && name != line && libraries_.size() < kMostLibraries; name = words.word())
     any = read_library(name) || any;
-  if (!any || tried_ >= kMostLibraries) missing_.emplace_back(line.substr(0, 128));
+  if (!any || libraries_.size() >= kMostLibraries) missing_.insert(std::string(line.substr(0, 128)));
 }
 
 bool ObjMaterials::read_library(std::string_view name) {
-  ++tried_;
+  const auto [known, fresh] = libraries_.try_emplace(std::string(name), false);
+  if (!fresh) return known->second;  // many programs repeat it for each object
   const std::optional<ByteBuffer> bytes = load(name);
+  known->second = bytes.has_value();
   if (!bytes) return false;
   std::optional<Material> current;
-  for (TextCursor text(bytes->view()); !text.at_end();) read_material_line(text.rest_of_line(), current);
+  std::string_view lines = bytes->view();
+  if (constexpr std::string_view kMark = "\xEF\xBB\xBF"; lines.starts_with(kMark))
+    lines.remove_prefix(kMark.size());
+  for (TextCursor text(lines); !text.at_end();) read_material_line(text.rest_of_line(), current);
   keep(current);
   return true;
 }
@@ -203,12 +208,18 @@ std::vector<TriangleAlpha> ObjMaterials::decide(std::span<const Triangle> triang
     for (uint64_t t = face.first_triangle; t < face.end_triangle; ++t) {
       std::array<TexelPoint, 3> at{};
       AlphaTest own = *test;
+      bool ambiguous = false;
       for (size_t k = 0; own.picture && k < 3; ++k) {
         const auto corner = std::ranges::lower_bound(corners, triangles[t][k], {}, &ObjCorner::vertex);
         if (corner == corners.end() || corner->coordinates >= places_.size()) {
           own.picture = nullptr;
           break;
         }
+        // A polygon may use a vertex twice, with different places.
+        ambiguous |= corner + 1 != corners.end() && corner[1].vertex == corner->vertex &&
+                     std::ranges::any_of(corner + 1, corners.end(), [&](const ObjCorner& other) {
+                       return other.vertex == corner->vertex && other.coordinates != corner->coordinates;
+                     });
         const std::array<float, 2>& place = places_[corner->coordinates];
         // From the lower left corner of the picture.
         const double u = place[0] * material.scale[0] + material.offset[0],
@@ -218,7 +229,8 @@ std::vector<TriangleAlpha> ObjMaterials::decide(std::span<const Triangle> triang
       }
       const TriangleAlpha shown = options.blend == AlphaOptions::Blend::opaque   ? TriangleAlpha::solid
                                   : options.blend == AlphaOptions::Blend::ignore ? TriangleAlpha::clear
-                                                                                 : own.show(at);
+                                  : ambiguous && own.picture                     ? TriangleAlpha::cut
+                                                                                 : own.show(at, steps_);
       report_.count(face.material, shown);
       if (shown == TriangleAlpha::solid) continue;
       alpha.resize(triangles.size(), TriangleAlpha::solid);
@@ -235,7 +247,7 @@ void ObjMaterials::report(Scene& scene) const {
     scene.notes.push_back(
         {NoteKind::materials,
          fmt::format("{}: cannot read the materials in '{}'{}: they count as opaque.", input_.file.string(),
-                     clean_name(missing_.front()),
+                     clean_name(*missing_.begin()),
                      missing_.size() > 1 ? fmt::format(" and {} more", missing_.size() - 1) : "")});
 }
 

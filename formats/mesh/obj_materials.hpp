@@ -80,9 +80,10 @@ class ObjMaterials {
   std::vector<ObjCorner> corners_;
   std::map<std::string, ReadPicture> pictures_;
   uint64_t bytes_, texels_ = kMostTexels;  ///< that may still be read
-  size_t tried_ = 0;                       ///< libraries
+  uint64_t steps_ = AlphaPicture::kMostSteps;
+  std::map<std::string, bool> libraries_;  ///< that were tried: whether they can be read
   std::set<std::string> files_;
-  std::vector<std::string> missing_;  ///< libraries that cannot be read
+  std::set<std::string> missing_;  ///< libraries that cannot be read
   AlphaReport report_;
 };
 

@@ -101,6 +101,7 @@ TEST_F(Render, WhatLetsLightThroughIsInNeither) {
                                (folder_.path() / "ring.obj").string(), "--rays", "1000"});
   EXPECT_EQ(changed.code, int(Status::mesh_mismatch));
   EXPECT_NE(changed.err.find("materials or pictures have changed"), std::string::npos) << changed.err;
+  EXPECT_EQ(nif({"render", scene, "-o", out_}).code, int(Status::mesh_mismatch));
 }
 
 TEST_F(Render, FieldsComeCloseAndThreadsDoNotMatter) {

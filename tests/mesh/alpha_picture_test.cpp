@@ -40,6 +40,7 @@ uint32_t wrapped(double at, uint32_t size, Wrap wrap) {
 TEST(AlphaPicture, NoPointOfATriangleContradictsIt) {
   Random random(5);
   int found[3] = {};
+  uint64_t steps = AlphaPicture::kMostSteps;
   for (int round = 0; round < 3000; ++round) {
     const uint32_t width = 1 + random.below(40), height = 1 + random.below(40), part = 1 + random.below(200);
     const bool mostly = random.below(2) == 0;
@@ -54,7 +55,7 @@ TEST(AlphaPicture, NoPointOfATriangleContradictsIt) {
       corner = {middle[0] + random.between(-1.0f, 1.0f) * reach,
                 middle[1] + random.between(-1.0f, 1.0f) * reach};
     if (random.below(8) == 0) corners[1] = corners[0];  // no area
-    const TriangleAlpha shown = picture.show(corners, wrap, kHalf);
+    const TriangleAlpha shown = picture.show(corners, wrap, kHalf, steps);
     ++found[size_t(shown)];
     bool blocks = false, passes = false;
     for (int i = 0; i < 400; ++i) {
@@ -76,9 +77,10 @@ TEST(AlphaPicture, NoPointOfATriangleContradictsIt) {
 TEST(AlphaPicture, LooksOnlyAtTexelsThatATriangleTouches) {
   // The lower right half blocks.
   const AlphaPicture picture(texels(64, 64, [](uint32_t x, uint32_t y) { return x > y ? 0 : 65535; }));
+  uint64_t steps = AlphaPicture::kMostSteps;
   const auto show = [&](const TexelPoint& a, const TexelPoint& b, const TexelPoint& c,
                         const std::array<Wrap, 2>& wrap = {}) {
-    return picture.show({a, b, c}, wrap, kHalf);
+    return picture.show({a, b, c}, wrap, kHalf, steps);
   };
   EXPECT_EQ(show({0.5, 1.5}, {0.5, 63.5}, {62.5, 63.5}), TriangleAlpha::solid);
   EXPECT_EQ(show({2.5, 0.5}, {63.5, 0.5}, {63.5, 61.5}), TriangleAlpha::clear);
@@ -94,15 +96,29 @@ TEST(AlphaPicture, LooksOnlyAtTexelsThatATriangleTouches) {
 TEST(AlphaPicture, FarAndHugeTrianglesShowWhatTheWholePictureHas) {
   const AlphaPicture mixed(texels(8, 8, [](uint32_t x, uint32_t) { return x == 3 ? 0 : 65535; })),
       solid(texels(8, 8, [](uint32_t, uint32_t) { return 65535; }));
+  uint64_t steps = AlphaPicture::kMostSteps;
   const double nan = std::numeric_limits<double>::quiet_NaN(), huge = 1e300;
   for (const double far : {1e12, -1e12, huge, nan, std::numeric_limits<double>::infinity(), 1e6}) {
     const std::array<TexelPoint, 3> corners{TexelPoint{0, 0}, {far, 1}, {1, far}};
     for (const Wrap wrap : {Wrap::repeat, Wrap::mirror}) {
-      EXPECT_EQ(mixed.show(corners, {wrap, wrap}, kHalf), TriangleAlpha::cut) << far;
-      EXPECT_EQ(solid.show(corners, {wrap, wrap}, kHalf), TriangleAlpha::solid) << far;
-      EXPECT_EQ(solid.show(corners, {wrap, wrap}, 65536), TriangleAlpha::clear) << "no texel is enough";
+      EXPECT_EQ(mixed.show(corners, {wrap, wrap}, kHalf, steps), TriangleAlpha::cut) << far;
+      EXPECT_EQ(solid.show(corners, {wrap, wrap}, kHalf, steps), TriangleAlpha::solid) << far;
+      EXPECT_EQ(solid.show(corners, {wrap, wrap}, 65536, steps), TriangleAlpha::clear)
+          << "no texel is enough";
     }
   }
+}
+
+TEST(AlphaPicture, TakesNoMoreStepsThanItMay) {
+  // Rows that pass and rows that block by turns: along one, only single texels decide.
+  const AlphaPicture picture(texels(64, 64, [](uint32_t, uint32_t y) { return y % 2 == 0 ? 0 : 65535; }));
+  const std::array<TexelPoint, 3> corners{TexelPoint{0, 0.3}, {60, 0.3}, {30, 0.6}};
+  uint64_t steps = 1000;
+  EXPECT_EQ(picture.show(corners, {}, kHalf, steps), TriangleAlpha::clear);
+  EXPECT_LT(steps, 1000u);
+  steps = 10;
+  EXPECT_EQ(picture.show(corners, {}, kHalf, steps), TriangleAlpha::cut);
+  EXPECT_EQ(steps, 0u);
 }
 
 }  // namespace

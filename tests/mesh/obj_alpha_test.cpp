@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "formats/mesh/read.hpp"
 #include "tests/support/pictures.hpp"
 #include "tests/support/temp_dir.hpp"
@@ -138,6 +140,13 @@ TEST_F(ObjAlpha, PolygonsAndObjects) {
              "f 1 2 3\nf 1/1 2/-7 3/1\n",
              "newmtl m\nmap_d row.png\n"),
       (Alphas{kClear, kSolid, kSolid, kSolid}));
+  // A vertex that is used twice, with two places: either may count.
+  const Alphas twice = alphas(
+      "mtllib a.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 1 .5 0\nv .5 1 0\nv 0 1 0\nvt .8 .5\nvt .2 .5\n"
+      "f 1/1 2/1 3/1 1/2 4/1 5/1\n",
+      "newmtl m\nmap_d row.png\n");
+  EXPECT_EQ(std::ranges::count(twice, kSolid), 0);
+  EXPECT_GT(std::ranges::count(twice, kCut), 0);
 }
 
 TEST_F(ObjAlpha, FilesThatCannotBeReadCostOnlyAlpha) {
@@ -165,10 +174,16 @@ TEST_F(ObjAlpha, FilesThatCannotBeReadCostOnlyAlpha) {
             (Alphas{kClear, kSolid}));
   const Scene latin = read("mtllib \xE9.mtl\n" + kTwo.substr(13));
   EXPECT_EQ(note_of(latin).kind, NoteKind::materials) << "JSON cannot hold this name";
+  std::string repeated;
+  for (int i = 0; i < 200; ++i) repeated += "mtllib gone.mtl\n";
+  EXPECT_EQ(read(repeated + "mtllib b.mtl\n" + kTwo.substr(13)).meshes[0].alpha, (Alphas{kClear, kSolid}));
+  folder_.write("b.mtl", "\xEF\xBB\xBFnewmtl m\nd 0\n");
+  EXPECT_EQ(read("mtllib b.mtl\n" + kTwo.substr(13)).meshes[0].alpha, (Alphas{kClear, kSolid}))
+      << "a mark at the start";
   // Neither a device nor a folder is read, and not every name of a long line is tried.
   EXPECT_EQ(note_of(read("mtllib /dev/zero\n" + kTwo.substr(13))).kind, NoteKind::materials);
   std::string names = "mtllib";
-  for (int i = 0; i < 100'000; ++i) names += " x";
+  for (int i = 0; i < 100'000; ++i) names += fmt::format(" x{}", i);
   EXPECT_EQ(note_of(read(names + " b.mtl\n" + kTwo.substr(13))).kind, NoteKind::materials);
 }
 

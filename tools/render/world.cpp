@@ -214,6 +214,7 @@ void World::add_ground(const SceneDescription& scene) {
 std::shared_ptr<const mesh::Scene> World::add_asset(const ObjectDescription& object,
                                                     std::shared_ptr<const mesh::Scene> meshes) {
   const AssetScene::Added added = assets_.add(object);
+  tools::check_alpha(*meshes, added.metadata, *object.nif, object.mesh);
   if (auto merged = tools::merged_as_baked(*meshes, added.metadata, *object.nif, object.mesh))
     meshes = std::make_shared<const mesh::Scene>(*std::move(merged));
   if (std::ranges::any_of(meshes->meshes, [](const mesh::Mesh& mesh) { return !mesh.alpha.empty(); })) {

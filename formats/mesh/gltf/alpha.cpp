@@ -88,32 +88,39 @@ std::vector<TriangleAlpha> GltfAlpha::decide(const GltfDrawn& drawn, std::span<c
   if (!rule->always) {
     const Material& look = source_.look.materials[material].material;
     const AlphaPicture* const picture = drawn.coordinates == -1 ? nullptr : picture_of(material);
-    const AlphaTest test{std::clamp(surface.factor, 0.0, 1.0), rule->cutoff, picture, look.wrap};
+    AlphaTest test{std::clamp(surface.factor, 0.0, 1.0), rule->cutoff, picture, look.wrap};
     if (drawn.hidden && (picture || drawn.colors != -1)) {
       // The factor alone may be below the cutoff.
       if (test.factor < test.cutoff) std::ranges::fill(alpha, TriangleAlpha::clear);
     } else {
-      using Places = std::vector<std::array<float, 2>>;
-      const Places* const places =
-          picture
-              ? &of_vertices(coordinates_, drawn.coordinates, vertices,
-                             [&](int accessor, uint32_t count) { return data_.coordinates(accessor, count); })
-              : nullptr;
-      const std::vector<float>* const vertex_alphas =
-          drawn.colors == -1
-              ? nullptr
-              : &of_vertices(colors_, drawn.colors, vertices,
-                             [&](int accessor, uint32_t count) { return data_.alphas(accessor, count); });
+      // What cannot be read costs only alpha, as with pictures.
+      const std::vector<std::array<float, 2>>* places = nullptr;
+      const std::vector<float>* vertex_alphas = nullptr;
+      try {
+        if (test.picture)
+          places = &of_vertices(coordinates_, drawn.coordinates, vertices, [&](int accessor, uint32_t count) {
+            return data_.coordinates(accessor, count);
+          });
+        if (drawn.colors != -1 && data_.has_alpha(drawn.colors))
+          vertex_alphas = &of_vertices(colors_, drawn.colors, vertices, [&](int accessor, uint32_t count) {
+            return data_.alphas(accessor, count);
+          });
+      } catch (const Error& error) {
+        if (error.status() == Status::too_large) throw;
+        if (!places) test.picture = nullptr;
+        report_.cannot_read(material,
+                            "or its vertex colours have coordinates or numbers that cannot be read");
+      }
       for (size_t t = 0; t < triangles.size(); ++t) {
         std::array<TexelPoint, 3> corners{};
         std::array<float, 3> colors{1, 1, 1};
         for (size_t k = 0; k < 3; ++k) {
           const uint32_t v = triangles[t][k] - base;
-          if (picture) corners[k] = place_in(*picture, look.transform, (*places)[v]);
+          if (places) corners[k] = place_in(*picture, look.transform, (*places)[v]);
           if (vertex_alphas) colors[k] = (*vertex_alphas)[v];
         }
         const auto [least, most] = std::ranges::minmax(colors);
-        alpha[t] = test.show(corners, least, most);
+        alpha[t] = test.show(corners, steps_, least, most);
       }
     }
   }

@@ -17,7 +17,7 @@ namespace nif::mesh::detail {
 /// What decides for the triangles of one primitive.
 struct GltfDrawn {
   int material = -1;
-  int colors = -1;       ///< accessor of vertex colours with alpha; -1: none
+  int colors = -1;       ///< accessor of vertex colours, which may have alpha; -1: none
   int coordinates = -1;  ///< accessor of the texture coordinates of the material's picture; -1: none
   /// Its colours and texture coordinates are in Draco data, which are not decoded.
   bool hidden = false;
@@ -72,6 +72,7 @@ class GltfAlpha {
   OfVertices<std::array<float, 2>> coordinates_{{0, 0}};
   OfVertices<float> colors_{1};
   uint64_t read_ = 0;  ///< values of vertices
+  uint64_t steps_ = AlphaPicture::kMostSteps;
   AlphaReport report_;
 };
 

@@ -93,9 +93,9 @@ class MeshReader {
     const std::span<const Triangle> triangles = std::span(mesh_.triangles).subspan(first_triangle_);
     if (triangles.empty() || !alpha_->may_matter(primitive.material)) return;
     const auto colors = primitive.attributes.find("COLOR_0");
-    const bool has_alpha = colors != primitive.attributes.end() && data_.has_alpha(colors->second);
+    const bool has_colors = colors != primitive.attributes.end();
     const std::vector<TriangleAlpha> alpha = alpha_->decide({.material = primitive.material,
-                                                             .colors = has_alpha ? colors->second : -1,
+                                                             .colors = has_colors ? colors->second : -1,
                                                              .coordinates = coordinates_of(primitive),
                                                              .hidden = primitive.extensions.contains(kDraco)},
                                                             triangles, range_.base, range_.count);
