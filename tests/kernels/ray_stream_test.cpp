@@ -207,10 +207,10 @@ TEST_P(RayStreams, JoinHitsAsTheScalarCodeDoes) {
             {stream_->inverse[0][entry], stream_->inverse[1][entry], stream_->inverse[2][entry]}};
         kernels::begin_in_box(hit, kernels::pass_box(box, ray_of(*stream_, entry), prepared).enter);
         const uint32_t instance_before = expected[i].instance;
-        const float high_before = expected[i].high;
+        const float low_before = expected[i].low, high_before = expected[i].high;
         expected[i].add(hit, number);
         (expected[i].instance == instance_before ? kept : changed) += 1;
-        shortened.push_back(expected[i].high < high_before);
+        shortened.push_back(expected[i].low < low_before || expected[i].high < high_before);
       }
       functions().join(*stream_, box,
                        {.entries = entries_,
@@ -227,7 +227,7 @@ TEST_P(RayStreams, JoinHitsAsTheScalarCodeDoes) {
       }
       uint32_t dropped = 0;
       for (uint32_t k = 0; k < local_->count; ++k) {
-        // A new proven hit ends the ray.
+        // What changes a ray's bounds ends it at the proven hit.
         const uint32_t entry = entries_[k], i = stream_->ray[entry];
         const Segment ray = segment_of(*batch_, i);
         const float end = kernels::min_of(hits->high[i], ray.tmax);

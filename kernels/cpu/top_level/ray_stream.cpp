@@ -124,7 +124,7 @@ NIF_OF_STREAMS uint32_t may_meet(const RayStream& stream, uint32_t k, const Worl
   return bits_of(hn::Le(passages.enter, passages.leave));
 }
 
-HWY_INLINE hn::Vec<Floats> row_times(const float* row, const hn::Vec<Floats> (&v)[3]) {
+NIF_OF_STREAMS hn::Vec<Floats> row_times(const float* row, const hn::Vec<Floats> (&v)[3]) {
   const Floats d;
   return hn::Add(hn::Add(hn::Mul(hn::Set(d, row[0]), v[0]), hn::Mul(hn::Set(d, row[1]), v[1])),
                  hn::Mul(hn::Set(d, row[2]), v[2]));
@@ -140,7 +140,9 @@ NIF_OF_STREAMS uint32_t find_entries(const RayStream& stream, const WorldBox& bo
     if (stream.count - k < kLanes) lanes &= (1u << (stream.count - k)) - 1;
     if (stream.masked)
       lanes &= bits_of(hn::Ne(hn::And(words_at(stream.mask, k), hn::Set(di, int32_t(mask))), hn::Zero(di)));
+#if HWY_TARGET != HWY_WASM
     if (lanes == 0) continue;
+#endif
     put_words(gather_lanes(lanes, hn::Iota(di, int32_t(k))), entries, count);
     count += uint32_t(__builtin_popcount(lanes));
   }
@@ -150,7 +152,7 @@ NIF_OF_STREAMS uint32_t find_entries(const RayStream& stream, const WorldBox& bo
 /// Entries of a column.
 struct Gathered {
   hn::Vec<Ints> at;
-  HWY_INLINE hn::Vec<Floats> operator()(const float* column) const {
+  NIF_OF_STREAMS hn::Vec<Floats> operator()(const float* column) const {
     return hn::GatherIndex(Floats(), column, at);
   }
 };
@@ -199,10 +201,13 @@ void meet_stream(const RayStream& stream, const StreamInstance& instance, Segmen
   // Lanes beyond the last entry read what is there: the first one.
   put_words(hn::Zero(di), entries, count);
   for (uint32_t k = 0; k < count; k += kLanes) {
-    if (k + kLanes <= count && entries[k + kLanes - 1] - entries[k] == kLanes - 1)
+#if HWY_TARGET != HWY_WASM
+    if (k + kLanes <= count && entries[k + kLanes - 1] - entries[k] == kLanes - 1) {
       bring_to_object(stream, instance.to_object, Consecutive{entries[k]}, local, k);
-    else
-      bring_to_object(stream, instance.to_object, Gathered{words_at(entries, k)}, local, k);
+      continue;
+    }
+#endif
+    bring_to_object(stream, instance.to_object, Gathered{words_at(entries, k)}, local, k);
   }
 }
 
@@ -282,8 +287,10 @@ void join_hits(RayStream& stream, const WorldBox& box, const StreamHits& added, 
     if (proves && !added.instance.identity) certain = stay_certain(stream, added, k, column);
     low = hn::IfThenElse(certain, low, hn::Neg(none));
     high = hn::IfThenElse(certain, high, none);
+#if HWY_TARGET != HWY_WASM
     // Certain misses change nothing.
     if ((bits_of(hn::Eq(low, none)) & present) == present) continue;
+#endif
     // begin_in_box()
     const auto enter = pass_box(stream, box, column).enter;
     const auto begins = hn::Lt(enter, hn::Set(d, kMostT));
@@ -307,13 +314,13 @@ void join_hits(RayStream& stream, const WorldBox& box, const StreamHits& added, 
     hn::Store(low, d, lows);
     hn::Store(high, d, highs);
     put_words(ray, rays, 0);
-    for (uint32_t lanes = bits_of(hn::Lt(low, low_before)) & present; lanes != 0; lanes &= lanes - 1)
-      hits.low[rays[lowest_bit(lanes)]] = lows[lowest_bit(lanes)];
-    for (uint32_t lanes = bits_of(hn::Lt(high, high_before)) & present; lanes != 0; lanes &= lanes - 1) {
+    const auto changed = hn::Or(hn::Lt(low, low_before), hn::Lt(high, high_before));
+    for (uint32_t lanes = bits_of(changed) & present; lanes != 0; lanes &= lanes - 1) {
       const uint32_t lane = lowest_bit(lanes), entry = added.entries[k + lane];
+      hits.low[rays[lane]] = lows[lane];
       hits.high[rays[lane]] = highs[lane];
       stream.tmax[entry] = kernels::min_of(highs[lane], stream.tmax[entry]);
-      if (!(stream.tmin[entry] <= stream.tmax[entry])) stream.drop(entry);
+      stream.dropped += uint32_t(!(stream.tmin[entry] <= stream.tmax[entry]));
     }
     for (uint32_t lanes = bits_of(nearer) & present; lanes != 0; lanes &= lanes - 1) {
       const uint32_t lane = lowest_bit(lanes), i = rays[lane];

@@ -111,7 +111,7 @@ class HitStreams final : public StreamTraversal {
     for (uint32_t k = 0; k < count; ++k) {
       const uint32_t entry = entries[k], i = stream.ray[entry];
       stream.tmax[entry] = kernels::min_of(area_.hits.high[i], area_.rays.tmax[i]);
-      if (!(stream.tmin[entry] <= stream.tmax[entry])) stream.drop(entry);
+      stream.dropped += uint32_t(!(stream.tmin[entry] <= stream.tmax[entry]));
     }
   }
 };

@@ -24,12 +24,9 @@ void start_stream(const NifSceneObject& scene, bool masked, WorkArea& area) {
   scene.device->streams->start(area.rays, masked ? area.mask : nullptr, stream);
   std::fill_n(area.misses, area.rays.count, uint8_t(!scene.unproven));
   if (stream.count == area.rays.count) return;
-  for (uint32_t i = 0, k = 0; i < area.rays.count; ++i) {
-    if (k < stream.count && stream.ray[k] == i)
-      ++k;
-    else
-      area.misses[i] &= uint8_t(area.rays.tmin[i] > area.rays.tmax[i]);
-  }
+  for (uint32_t i = 0; i < area.rays.count; ++i)
+    area.misses[i] &= uint8_t(area.rays.tmin[i] > area.rays.tmax[i]);
+  for (uint32_t k = 0; k < stream.count; ++k) area.misses[stream.ray[k]] = !scene.unproven;
 }
 
 }  // namespace
