@@ -38,7 +38,7 @@ struct MaterialAlpha {
 
   std::string name;  ///< UTF-8; "material 3" if it has none
   Rule rule = Rule::mask;
-  double cutoff = 0;                       ///< alpha below it lets light through; 0: none does
+  double cutoff = 0;  ///< alpha below it lets light through; 0 also if no alpha was compared
   uint64_t solid = 0, cut = 0, clear = 0;  ///< triangles, of all meshes of the file
 };
 

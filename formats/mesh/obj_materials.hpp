@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "formats/mesh/alpha_test.hpp"
+#include "formats/mesh/material_alpha.hpp"
 #include "formats/mesh/file_bytes.hpp"
 #include "formats/mesh/image.hpp"
 

@@ -1,4 +1,4 @@
-// Alpha is compared in doubles, as it is written here.
+// A fault in a picture, in texture coordinates or in colours costs only their alpha, never the mesh.
 #include "formats/mesh/gltf/alpha.hpp"
 
 #include <fmt/format.h>
@@ -108,8 +108,7 @@ std::vector<TriangleAlpha> GltfAlpha::decide(const GltfDrawn& drawn, std::span<c
       } catch (const Error& error) {
         if (error.status() == Status::too_large) throw;
         if (!places) test.picture = nullptr;
-        report_.cannot_read(material,
-                            "or its vertex colours have coordinates or numbers that cannot be read");
+        report_.cannot_read(material, "has texture coordinates or vertex colours that cannot be read");
       }
       for (size_t t = 0; t < triangles.size(); ++t) {
         std::array<TexelPoint, 3> corners{};

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "formats/mesh/alpha_test.hpp"
+#include "formats/mesh/material_alpha.hpp"
 #include "formats/mesh/gltf/pictures.hpp"
 
 namespace nif::mesh::detail {

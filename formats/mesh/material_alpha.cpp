@@ -1,5 +1,5 @@
 // The cutoff is turned into the least alpha of a texel that blocks, so that pictures compare whole numbers.
-#include "formats/mesh/alpha_test.hpp"
+#include "formats/mesh/material_alpha.hpp"
 
 #include <fmt/format.h>
 

@@ -11,8 +11,8 @@
 
 namespace nif::mesh::detail {
 
-/// Of a material: alpha is the factor, times that of a vertex, times that of a texel. Multiplied in doubles, compared in floats, as
-/// files have them.
+/// Of a material: alpha is the factor, times that of a vertex, times that of a texel. It is multiplied in doubles, and
+/// compared in floats, as files have them.
 struct AlphaTest {
   double factor = 1;  ///< 0 to 1
   double cutoff = 0;
