@@ -30,22 +30,9 @@ bool all_fine(const Mesh& mesh) {
 
 /// Returns the number of dropped triangles, which use a vertex that is not finite. Indices must be in range.
 uint64_t drop_non_finite(Mesh& mesh) {
-  const auto usable = [&](const Triangle& t) {
-    return std::ranges::all_of(t, [&](uint32_t v) { return finite(mesh.positions[v]); });
-  };
-  size_t kept = 0;
-  for (size_t t = 0; t < mesh.triangles.size(); ++t) {
-    if (!usable(mesh.triangles[t])) continue;
-    mesh.triangles[kept] = mesh.triangles[t];
-    if (!mesh.look.materials.empty()) mesh.look.materials[kept] = mesh.look.materials[t];
-    if (!mesh.alpha.empty()) mesh.alpha[kept] = mesh.alpha[t];
-    ++kept;
-  }
-  const uint64_t dropped = mesh.triangles.size() - kept;
-  mesh.triangles.resize(kept);
-  if (!mesh.look.materials.empty()) mesh.look.materials.resize(kept);
-  if (!mesh.alpha.empty()) mesh.alpha.resize(kept);
-  return dropped;
+  return keep_triangles(mesh, [&](size_t t) {
+    return std::ranges::all_of(mesh.triangles[t], [&](uint32_t v) { return finite(mesh.positions[v]); });
+  });
 }
 
 /// Returns the number of dropped triangles.

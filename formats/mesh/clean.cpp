@@ -8,7 +8,7 @@
 #include <string>
 
 #include "formats/base/collinear.hpp"
-#include "formats/mesh/read.hpp"
+#include "formats/mesh/readers.hpp"
 
 namespace nif::mesh {
 namespace {
@@ -150,19 +150,7 @@ std::vector<uint32_t> source_triangles(const CleanMesh& clean) {
 }
 
 void drop_clear(Scene& scene) {
-  for (Mesh& mesh : scene.meshes) {
-    size_t kept = 0;
-    for (size_t i = 0; i < mesh.triangles.size(); ++i) {
-      if (is_clear(mesh, i)) continue;
-      mesh.triangles[kept] = mesh.triangles[i];
-      if (!mesh.look.materials.empty()) mesh.look.materials[kept] = mesh.look.materials[i];
-      if (!mesh.alpha.empty()) mesh.alpha[kept] = mesh.alpha[i];
-      ++kept;
-    }
-    mesh.triangles.resize(kept);
-    if (!mesh.look.materials.empty()) mesh.look.materials.resize(kept);
-    if (!mesh.alpha.empty()) mesh.alpha.resize(kept);
-  }
+  for (Mesh& mesh : scene.meshes) detail::keep_triangles(mesh, [&](size_t t) { return !is_clear(mesh, t); });
   drop_empty_meshes(scene);
 }
 

@@ -39,6 +39,25 @@ Scene scene_of(std::vector<Mesh> meshes, Scene scene = {});
 /// is at least one triangle.
 void check(const Input& input, Scene& scene);
 
+/// Drops the triangles of a mesh for which `keeps(index)` is false, with what the mesh knows of each. Returns how many
+/// were dropped.
+template <class Keeps>
+uint64_t keep_triangles(Mesh& mesh, const Keeps& keeps) {
+  size_t kept = 0;
+  for (size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (!keeps(t)) continue;
+    mesh.triangles[kept] = mesh.triangles[t];
+    if (!mesh.look.materials.empty()) mesh.look.materials[kept] = mesh.look.materials[t];
+    if (!mesh.alpha.empty()) mesh.alpha[kept] = mesh.alpha[t];
+    ++kept;
+  }
+  const uint64_t dropped = mesh.triangles.size() - kept;
+  mesh.triangles.resize(kept);
+  if (!mesh.look.materials.empty()) mesh.look.materials.resize(kept);
+  if (!mesh.alpha.empty()) mesh.alpha.resize(kept);
+  return dropped;
+}
+
 /// Names come from files in any encoding and go into JSON and to terminals: removes control characters.
 std::string clean_name(std::string_view name);
 
