@@ -11,9 +11,9 @@
 #include <string_view>
 #include <vector>
 
-#include "formats/mesh/material_alpha.hpp"
 #include "formats/mesh/file_bytes.hpp"
 #include "formats/mesh/image.hpp"
+#include "formats/mesh/material_alpha.hpp"
 
 namespace nif::mesh::detail {
 

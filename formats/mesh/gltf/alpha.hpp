@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "formats/mesh/material_alpha.hpp"
 #include "formats/mesh/gltf/pictures.hpp"
+#include "formats/mesh/material_alpha.hpp"
 
 namespace nif::mesh::detail {
 
