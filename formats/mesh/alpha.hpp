@@ -40,8 +40,9 @@ struct TriangleHoles {
   static constexpr uint32_t kNoMap = 0xffffffffu;
   static constexpr uint32_t kFraction = 16;
 
-  uint32_t map = kNoMap;  ///< index into Mesh::alpha_maps; kNoMap: the triangle has no holes, and the rest is 0
-  uint32_t shift = 0;     ///< 0 to kFraction, the least with which all places fit
+  uint32_t map =
+      kNoMap;          ///< index into Mesh::alpha_maps; kNoMap: the triangle has no holes, and the rest is 0
+  uint32_t shift = 0;  ///< 0 to kFraction, the least with which all places fit
   std::array<std::array<int32_t, 2>, 3> places{};  ///< by corner
 
   bool any() const { return map != kNoMap; }

@@ -27,6 +27,8 @@ struct CleanMesh {
                                     ///< the edges of their neighbours look open.
   std::vector<uint32_t> sliver_numbers;  ///< numbers of the slivers in the mesh, ascending
   std::vector<uint32_t> dropped;         ///< triangles of the mesh that are not in `triangles`, ascending
+  AlphaMaps alpha_maps;                  ///< those of the mesh
+  std::vector<TriangleHoles> holes;      ///< [triangles]; empty: none has holes. Slivers have none
   CleanReport report;
 };
 

@@ -87,7 +87,7 @@ struct Mesh {
   Appearance look{};  ///< only if requested: ReadLimits::colors
   /// [triangles], only if requested: ReadLimits::alpha. Empty: all are solid.
   std::vector<TriangleAlpha> alpha{};
-  AlphaMaps alpha_maps{};              ///< in use by `holes`, each once
+  AlphaMaps alpha_maps{};  ///< in use by `holes`, each once
   /// [triangles]; empty: none has holes. Only triangles that are `cut` have some. A triangle that is `cut` without
   /// holes has holes that are not known exactly: it blocks as if solid.
   std::vector<TriangleHoles> holes{};
