@@ -21,6 +21,7 @@
 #include <variant>
 
 #include "bake/encodings/bake_bvh.hpp"
+#include "bake/encodings/bake_cutout.hpp"
 #include "bake/encodings/bake_exact.hpp"
 #include "bake/encodings/bake_proof.hpp"
 #include "bake/encodings/bake_segment.hpp"
@@ -30,7 +31,7 @@ namespace nif::bake {
 
 /// T<...> of all encodings, in the order in which people see them.
 template <template <class...> class T>
-using OfEncoders = T<SegmentBaking, ExactBaking, BvhBaking, ProofBaking, SphericalBaking>;
+using OfEncoders = T<SegmentBaking, ExactBaking, BvhBaking, ProofBaking, SphericalBaking, CutoutBaking>;
 
 template <class... Baking>
 struct OptionsOf : Baking::Options... {};

@@ -43,14 +43,17 @@ Candidate::Candidate(size_t index_, const Prepared& prepared_, const BakeRequest
       forms_(request.encoders.size()) {
   std::string obstacle;
   for (const auto& encoder : request.encoders) {
-    const std::string why = encoder->obstacle(prepared.surface.positions);
-    suits_.push_back(why.empty());
+    const bool apt = encoder->has_holes() == prepared.has_holes();
+    const std::string why = apt ? encoder->obstacle(prepared.surface.positions) : std::string();
+    suits_.push_back(apt && why.empty());
     if (!why.empty()) obstacle = why;
   }
   const auto first = std::find(suits_.begin(), suits_.end(), true);
   if (first == suits_.end()) throw Error(Status::too_large, fmt::format("'{}': {}", report.name, obstacle));
   chosen_ = size_t(first - suits_.begin());
-  report.reason = obstacle.empty() && request.options.encoding != kAutomatic ? "as requested" : obstacle;
+  report.reason = prepared.has_holes()                                         ? "it has holes"
+                  : obstacle.empty() && request.options.encoding != kAutomatic ? "as requested"
+                                                                               : obstacle;
 }
 
 void Candidate::lay_out(size_t encoding, double scale, bool bounded) {

@@ -2,6 +2,7 @@
 // changes a form also counts its bytes, so that the size of the file is known at any time.
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <vector>
 
@@ -16,7 +17,8 @@ struct BakeRequest {
   const BakeCallback& callback;
   const std::atomic<bool>& cancel;
   TrainingLog& log;
-  const Encoders encoders = encoders_for(options);
+  const Encoders encoders = encoders_for(
+      options, std::ranges::any_of(scene.meshes, [](const mesh::Mesh& mesh) { return !mesh.holes.empty(); }));
 };
 
 /// Encodings are numbered as in BakeRequest::encoders. The first one that suits the object is chosen until

@@ -113,6 +113,10 @@ void choose_forms(BakeRun& run) {
     });
   const Alternative other = alternative_for(run);
   lay_out_each(run, [&](Candidate& candidate) {
+    if (candidate.prepared.has_holes()) {
+      candidate.lay_out_exact(kNoBudget);
+      return;
+    }
     if (lay_out_exact_if_preferred(run.options, candidate, other.word)) {
       candidate.report.reason += why_without_planes(run.options);
       return;

@@ -20,6 +20,7 @@ bool may_choose(AnswerKind kind, const BakeOptions& options) {
 
 template <class Baking>
 void add_encoder(const BakeOptions& options, Encoders& encoders) {
+  if (std::is_same_v<Baking, CutoutBaking>) return;  // objects have holes or not, whatever one would like
   const bool keeps_colors = Baking::kGrids || !options.colors;
   const bool wanted =
       options.encoding == kAutomatic
@@ -39,10 +40,11 @@ struct EncodersOf {
 
 }  // namespace
 
-Encoders encoders_for(const BakeOptions& options) {
+Encoders encoders_for(const BakeOptions& options, bool any_holes) {
   Encoders encoders = OfEncoders<EncodersOf>::make(options);
   if (encoders.empty())
     throw Error(Status::usage, fmt::format("no encoding is called '{}'", options.encoding));
+  if (any_holes) encoders.push_back(CutoutBaking::make(options));
   return encoders;
 }
 

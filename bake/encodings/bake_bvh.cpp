@@ -26,9 +26,7 @@ class BvhEncoder final : public Encoder {
   AnswerKind kind() const override { return AnswerKind::exact; }
 
   std::string obstacle(std::span<const mesh::Float3> positions) const override {
-    if (fits_bvh(positions)) return {};
-    return fmt::format("coordinates beyond {:.1e} are too large for a BVH to compute with",
-                       kernels::kMaxBvhCoordinate / 4);
+    return obstacle_of_bvh(positions);
   }
 
   void lay_out(const Prepared& prepared, double, bool, bool, Form& form) const override {
@@ -56,7 +54,14 @@ std::unique_ptr<Encoder> BvhBaking::make(const BakeOptions& options) {
   return std::make_unique<BvhEncoder>(options);
 }
 
-uint64_t lay_out_triangles(const Prepared& prepared, const BakeOptions& options, format::Object& object) {
+std::string obstacle_of_bvh(std::span<const mesh::Float3> positions) {
+  if (fits_bvh(positions)) return {};
+  return fmt::format("coordinates beyond {:.1e} are too large for a BVH to compute with",
+                     kernels::kMaxBvhCoordinate / 4);
+}
+
+uint64_t lay_out_triangles(const Prepared& prepared, const BakeOptions& options, format::Object& object,
+                           std::vector<uint32_t>* places) {
   // Including slivers, which close the gaps that rounding opens between the triangles on both sides of them.
   const mesh::CleanMesh& surface = prepared.surface;
   std::vector<mesh::Triangle> all;
@@ -67,8 +72,9 @@ uint64_t lay_out_triangles(const Prepared& prepared, const BakeOptions& options,
   // Hits on a merged object tell by these numbers which of its parts they are on.
   const bool numbered = options.source_triangles || prepared.source->merged();
   std::vector<uint32_t> order;
-  object.triangles =
-      build_bvh(surface.positions, all.empty() ? surface.triangles : all, numbered ? &order : nullptr);
+  object.triangles = build_bvh(surface.positions, all.empty() ? surface.triangles : all,
+                               numbered || places ? &order : nullptr);
+  if (places) *places = order;
   uint64_t bytes = object.triangles->bytes();
   if (!numbered) return bytes;
   std::vector<uint32_t> numbers = mesh::source_triangles(surface);

@@ -10,6 +10,7 @@
 
 #include "bake/choice.hpp"
 #include "bake/triangles/describe_triangles.hpp"
+#include "formats/mesh/mesh_scene.hpp"
 #include "formats/nif/asset.hpp"
 
 namespace nif::bake {
@@ -36,9 +37,14 @@ inline void add_report(const BvhBaking::Report&, nlohmann::ordered_json&) {}
 inline void add_metadata(const BvhBaking::Report&, const ObjectReport&, const format::Object&,
                          nlohmann::ordered_json&) {}
 
+/// Why an object with these positions cannot have a BVH; empty if it can.
+std::string obstacle_of_bvh(std::span<const mesh::Float3> positions);
+
 /// Gives an object the triangles of a prepared mesh and, if requested, their numbers in the source mesh.
-/// Returns their size in a file.
-uint64_t lay_out_triangles(const Prepared& prepared, const BakeOptions& options, format::Object& object);
+/// Returns their size in a file. `order`, if not null, receives of each triangle of the object its index among those
+/// of the clean mesh and then its slivers.
+uint64_t lay_out_triangles(const Prepared& prepared, const BakeOptions& options, format::Object& object,
+                           std::vector<uint32_t>* order = nullptr);
 
 /// Work of the fast kernels for rays, by which encodings are compared.
 struct BvhCounts {

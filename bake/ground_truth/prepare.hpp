@@ -17,6 +17,9 @@ struct Prepared {
   ClosedComponents closed;
   mesh::Box box;
   float bias;  ///< its bias_of()
+
+  /// Whether any triangle has holes.
+  bool has_holes() const { return !surface.holes.empty(); }
 };
 
 /// kBiasFraction of the longest side of a mesh with these bounds; of its middle part if it was merged.

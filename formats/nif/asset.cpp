@@ -19,6 +19,9 @@ kernels::NetworkField field_in(const Asset& asset, const Object& object, const N
 kernels::SphericalField field_in(const Asset& asset, const Object& object, const SphericalData& data) {
   return field_of(data.grids, asset.spherical_networks.at(data.network), object.bounds());
 }
+kernels::HolesField field_in(const Asset& asset, const Object&, const HolesData& data) {
+  return field_of(data, asset.alpha_maps);
+}
 template <class View>
 auto data_in(const ObjectView&, const View& view) {
   return to_data(view);
@@ -58,6 +61,7 @@ Asset to_asset(const AssetView& view) {
   for (const MlpView& from : view.mlps) asset.mlps.push_back(to_mlp(from));
   for (const SphericalNetworksView& from : view.spherical_networks)
     asset.spherical_networks.push_back(to_networks(from));
+  for (const kernels::AlphaMap& from : view.alpha_maps) add_copy(from, asset.alpha_maps);
   for (const ObjectView& from : view.objects) {
     if (from.unsupported)
       throw Error(Status::unsupported_nif, "object '" + std::string(from.name) + "' " + from.unsupported);

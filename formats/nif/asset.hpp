@@ -54,6 +54,7 @@ struct KeptSection {
 struct Asset {
   std::vector<Mlp> mlps;                              ///< shared by objects with a network
   std::vector<SphericalNetworks> spherical_networks;  ///< shared by `spherical` objects
+  AlphaMaps alpha_maps;                               ///< shared by objects with holes
   std::vector<Object> objects;
   /// If empty, each object of level 0 is placed once, unless the asset places nothing.
   std::vector<Instance> instances;

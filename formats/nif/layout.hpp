@@ -102,10 +102,10 @@ struct Name {
 /// Index of a part that an object does not have.
 inline constexpr uint32_t kNoPart = 0xffffffff;
 
-/// Those named here are for later versions: this one answers no object that has one.
+/// An object with a flag that a build does not know is not answered by it.
 enum ObjectFlags : uint32_t {
   kCutOuts = 1,  ///< triangles have holes
-  kDeforms = 2   ///< 4 and on are free: each part that comes later has one of its own
+  kDeforms = 2   ///< for a later version; 4 and on are free: each part that comes later has one of its own
 };
 
 inline constexpr uint32_t kMaxLevel = 15;
@@ -124,8 +124,9 @@ struct ObjectRecord {
   uint32_t triangle_count;  ///< of the source mesh, after cleaning (saturated at 2^32 - 1)
   float error;              ///< most distance from the source's surface, object units; 0 if unknown or none
   uint32_t reserved[3];     ///< 0
-  // Parts that come later, two at a time, because the size is a multiple of 8. Their initial values are those of
-  // objects in records that end before: `uint32_t one = kNoPart, other = kNoPart;`
+  // Parts that came later, two at a time, because the size is a multiple of 8. Their initial values are those of
+  // objects in records that end before.
+  uint32_t holes = kNoPart, spare = kNoPart;
 };
 static_assert(offsetof(ObjectRecord, reserved) + 12 == ObjectRecord::kFirstBytes);
 static_assert(sizeof(ObjectRecord) % 8 == 0);

@@ -24,6 +24,7 @@
 
 #include <tuple>
 
+#include "formats/nif/holes/holes_part.hpp"
 #include "formats/nif/network/network_part.hpp"
 #include "formats/nif/planes/planes_part.hpp"
 #include "formats/nif/spherical/spherical_part.hpp"
@@ -32,9 +33,9 @@
 
 namespace nif::format {
 
-/// T<...> of all parts, in the order in which they are read: a network needs planes first.
+/// T<...> of all parts, in the order in which they are read: a network needs planes first, holes triangles.
 template <template <class...> class T>
-using OfParts = T<PlanesPart, TrianglesPart, NetworkPart, SphericalPart>;
+using OfParts = T<PlanesPart, TrianglesPart, NetworkPart, SphericalPart, HolesPart>;
 using Parts = OfParts<std::tuple>;
 
 /// Calls ask(Part()) for each part, in the order of the list.

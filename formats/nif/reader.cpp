@@ -60,7 +60,6 @@ constexpr auto kKnownSections = [] {
 const char* why_unsupported(const ObjectRecord& record) {
   const uint32_t known = with_all_parts([](auto... part) { return (flag_of(part) | ...); });
   const uint32_t unknown = unknown_flags(record.flags, known);
-  if (unknown & kCutOuts) return "has cut-outs, which this build does not know";
   if (unknown & kDeforms) return "deforms, which this build does not know";
   if (unknown != 0) return "has flags that this build does not know";
   return encoding_with_parts_of(record, [](uint32_t part) { return part != kNoPart; })
@@ -324,7 +323,8 @@ uint64_t AssetView::view_bytes() const {
                    instances.capacity() * sizeof(InstanceView) + primaries.capacity() * sizeof(PrimaryView) +
                    numbers.capacity() * sizeof(NumbersView) + colors.capacity() * sizeof(ColorsView);
   total += mlps.capacity() * sizeof(MlpView) + decoded.view_bytes() +
-           spherical_networks.capacity() * sizeof(SphericalNetworksView);
+           spherical_networks.capacity() * sizeof(SphericalNetworksView) +
+           alpha_maps.capacity() * sizeof(kernels::AlphaMap);
   for_each_part([&]<class Part>(Part) {
     using View = typename Part::View;
     total += std::get<std::pmr::vector<View>>(parts).capacity() * sizeof(View);
@@ -384,6 +384,7 @@ FileParts bytes_by_part(const AssetView& asset) {
   for (const SphericalNetworksView& pair : asset.spherical_networks) networks += pair.bytes;
   for (const PrimaryView& primary : asset.primaries) primaries += primary.grid_bytes + primary.network_bytes;
   parts.add({"network", networks});
+  parts.add({"alpha_maps", asset.alpha_map_bytes.file, asset.alpha_map_bytes.decoded});
   parts.add({"primary", primaries});
   for (const NumbersView& one : asset.numbers)
     (one.kind == kSourceTriangles ? sources : numbers) += one.bytes;
@@ -407,6 +408,8 @@ void AssetView::drop_bytes() {
       parts);
   for (MlpView& mlp : mlps) mlp = {};
   for (SphericalNetworksView& networks : spherical_networks) networks = {};
+  alpha_maps.clear();
+  alpha_map_bytes = {};
   decoded.drop();
   sections = std::pmr::vector<SectionView>(sections.get_allocator());
   numbers.clear();

@@ -92,6 +92,7 @@ struct AssetView {
         objects(memory),
         mlps(memory),
         spherical_networks(memory),
+        alpha_maps(memory),
         instances(memory),
         primaries(memory),
         numbers(memory),
@@ -107,6 +108,9 @@ struct AssetView {
   std::pmr::vector<ObjectView> objects;
   std::pmr::vector<MlpView> mlps;                              ///< shared by objects with a network
   std::pmr::vector<SphericalNetworksView> spherical_networks;  ///< shared by `spherical` objects
+  std::pmr::vector<kernels::AlphaMap> alpha_maps;              ///< shared by objects with holes
+  PayloadBytes alpha_map_bytes;                                ///< of all of them
+  uint64_t alpha_texels = 0;                                   ///< likewise
   std::pmr::vector<InstanceView> instances;
   std::pmr::vector<PrimaryView> primaries;  ///< in the order of their objects
   std::pmr::vector<NumbersView> numbers;    ///< likewise, then of their kinds
@@ -144,10 +148,10 @@ kernels::HitDetails hit_details(const AssetView& asset, uint32_t object);
 template <class... Part>
 struct PartCountOf {
   static constexpr size_t kCount =
-      (std::tuple_size_v<decltype(std::declval<typename Part::View>().parts())> + ... + 5);
+      (std::tuple_size_v<decltype(std::declval<typename Part::View>().parts())> + ... + 6);
 };
 /// The bytes of all objects together, payload by payload: those of every part, even if no object has it, then
-/// "network", "primary", "source_triangles", "numbers" (the other ones) and "colors". Without records, names, metadata and padding.
+/// "network", "alpha_maps", "primary", "source_triangles", "numbers" (the other ones) and "colors". Without records, names, metadata and padding.
 class FileParts {
  public:
   static constexpr size_t kMost = OfParts<PartCountOf>::kCount;

@@ -160,7 +160,14 @@ namespace nif::format {
   RULE(706, bits_after_numbers, damaged_nif, "bits after the last number are not zero")                    \
   RULE(707, no_voxels, damaged_nif, "its object has no voxels")                                            \
   RULE(708, color_count, damaged_nif, "surface_voxels is not that of its object")                          \
-  RULE(711, numbers_order, damaged_nif, "does not come after the record before: by object, then by kind")
+  RULE(711, numbers_order, damaged_nif, "does not come after the record before: by object, then by kind")  \
+  RULE(750, alpha_map_size, damaged_nif, "width or height is out of range")                                \
+  RULE(751, alpha_wrap, damaged_nif, "wrap is out of range")                                               \
+  RULE(752, alpha_texels, damaged_nif, "the alpha maps of the file have more than 2^30 texels together")   \
+  RULE(753, patch_count, damaged_nif, "patches is out of range")                                           \
+  RULE(754, patch_map, damaged_nif, "the alpha map of a patch is out of range")                            \
+  RULE(755, patch_shift, damaged_nif, "the shift of a patch is out of range")                              \
+  RULE(756, patch_number, damaged_nif, "the patch of a triangle is out of range")
 
 enum class Rule : uint16_t {
 #define NIF_RULE_NUMBER(number, name, status, what) name = number,

@@ -4,6 +4,7 @@
 #include <concepts>
 
 #include "kernels/cpu/encodings/cpu_bvh.hpp"
+#include "kernels/cpu/encodings/cpu_cutout.hpp"
 #include "kernels/cpu/encodings/cpu_exact.hpp"
 #include "kernels/cpu/encodings/cpu_proof.hpp"
 #include "kernels/cpu/encodings/cpu_segment.hpp"

@@ -5,6 +5,7 @@
 
 #include "kernels/gpu/encoding_list.hpp"
 #include "kernels/gpu/encodings/gpu_bvh.hpp"
+#include "kernels/gpu/encodings/gpu_cutout.hpp"
 #include "kernels/gpu/encodings/gpu_exact.hpp"
 #include "kernels/gpu/encodings/gpu_proof.hpp"
 #include "kernels/gpu/encodings/gpu_segment.hpp"

@@ -31,8 +31,13 @@ class Arena {
   /// Adds a structure; its address may be that of an earlier one that no longer exists.
   template <class T>
   const T* add_structure(const T& value) {
+    return add_structures(&value, 1);
+  }
+  /// The same for an array of structures.
+  template <class T>
+  const T* add_structures(const T* values, size_t count) {
     const size_t at = bytes_.size();
-    append(&value, sizeof(value));
+    if (count > 0) append(values, count * sizeof(T));
     return reinterpret_cast<const T*>(base_ + at);
   }
   const std::vector<unsigned char>& bytes() const { return bytes_; }

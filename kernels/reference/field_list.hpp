@@ -8,6 +8,6 @@ namespace nif::kernels {
 /// T<...> of the fields of all encodings.
 template <template <class...> class T>
 using OfFields = T<struct SegmentField, struct SphericalField, struct TrianglesField, struct ExactField,
-                   struct PlanesField>;
+                   struct PlanesField, struct CutoutField>;
 
 }  // namespace nif::kernels

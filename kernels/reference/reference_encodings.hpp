@@ -13,6 +13,7 @@
 #include <variant>
 
 #include "kernels/reference/encodings/reference_bvh.hpp"
+#include "kernels/reference/encodings/reference_cutout.hpp"
 #include "kernels/reference/encodings/reference_exact.hpp"
 #include "kernels/reference/encodings/reference_proof.hpp"
 #include "kernels/reference/encodings/reference_segment.hpp"

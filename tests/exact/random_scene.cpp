@@ -111,6 +111,7 @@ void RandomScene::draw_file(Random& random) {
                              .sphericals = random.below(8) == 0,
                              .exacts = 1,
                              .proofs = 1,
+                             .cutouts = 1,
                              .colors = random.below(3),
                              .sources = random.below(3),
                              .coded = random.below(2) ? kCodedAll : 0};

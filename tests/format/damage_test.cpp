@@ -21,6 +21,7 @@ Bytes small_file(uint64_t seed) {
   options.sphericals = seed % 4 < 2 ? 0 : 1 + uint32_t(seed % 2);
   options.exacts = seed % 3 == 1 ? 1 : 0;
   options.proofs = seed % 3 == 2 ? 1 : 0;
+  options.cutouts = seed % 5 == 2 ? 1 + uint32_t(seed % 2) : 0;
   options.primaries = uint32_t(seed % 3);
   options.sources = uint32_t(seed % 2 + seed % 3);
   options.colors = uint32_t(seed % 4 / 2);

@@ -76,13 +76,15 @@ inline constexpr PayloadKind kWeights{format::kMlps, format::kData, offsetof(for
     kTree{format::kTriangles, format::kData, offsetof(format::TrianglesRecord, tree)},
     kCorners{format::kNetworks, format::kData, offsetof(format::NetworkRecord, brick_corners)},
     kFeatures{format::kNetworks, format::kData, offsetof(format::NetworkRecord, features)},
+    kAlphaTiles{format::kAlphaMaps, format::kData, offsetof(format::AlphaMapRecord, tiles)},
+    kHoles{format::kHoles, format::kData, offsetof(format::HolesRecord, holes)},
     kGrids{format::kSphericalRecords, format::kData, offsetof(format::SphericalRecord, grids)},
     kPrimaryValues{format::kPrimaries, format::kPrimaryValues, offsetof(format::PrimaryRecord, values)},
     kNumbers{format::kNumbersRecords, format::kNumbersValues, offsetof(format::NumbersRecord, numbers)},
     kColors{format::kColorRecords, format::kColorValues, offsetof(format::ColorsRecord, values)};
-inline constexpr PayloadKind kPayloadKinds[] = {kWeights,       kPairWeights, kOccupancy, kCells,
-                                                kTree,          kCorners,     kFeatures,  kGrids,
-                                                kPrimaryValues, kNumbers,     kColors};
+inline constexpr PayloadKind kPayloadKinds[] = {kWeights, kPairWeights, kOccupancy, kCells,         kTree,
+                                                kCorners, kFeatures,    kGrids,     kPrimaryValues, kNumbers,
+                                                kColors,  kAlphaTiles,  kHoles};
 }  // namespace payload
 
 /// One section of a file, with any content.

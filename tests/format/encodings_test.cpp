@@ -15,9 +15,14 @@ using test::Bytes, test::ReadOutcome, test::outcome_of, test::Part;
 
 /// Two objects of each encoding.
 const Bytes& mixed() {
-  static const Bytes file = format::encode(test::random_asset(
-      31,
-      {.objects = 2, .max_voxels = 9, .bvhs = 2, .sphericals = 2, .exacts = 2, .proofs = 2, .primaries = 1}));
+  static const Bytes file = format::encode(test::random_asset(31, {.objects = 2,
+                                                                   .max_voxels = 9,
+                                                                   .bvhs = 2,
+                                                                   .sphericals = 2,
+                                                                   .exacts = 2,
+                                                                   .proofs = 2,
+                                                                   .cutouts = 2,
+                                                                   .primaries = 1}));
   return file;
 }
 
@@ -66,7 +71,7 @@ TEST(Encodings, AreNumberedOnceAndNamed) {
   EXPECT_TRUE(all_different(numbers));
   EXPECT_TRUE(all_different(names));
   EXPECT_TRUE(all_different(sections));
-  uint32_t flags = format::kCutOuts | format::kDeforms;  // those of parts that came later are different, too
+  uint32_t flags = format::kDeforms;  // those of parts that came later are different, too
   format::for_each_part([&](auto part) {
     EXPECT_EQ(flags & format::flag_of(part), 0u) << part.kName;
     flags |= format::flag_of(part);
@@ -162,6 +167,7 @@ TEST(Encodings, SizesAreKnownWithoutWriting) {
     options.max_voxels = 1 + uint32_t(seed % 15);
     options.bvhs = uint32_t(seed / 2 % 3);
     options.sphericals = uint32_t(seed / 3 % 4);
+    options.cutouts = uint32_t(seed / 7 % 3);
     options.primaries = uint32_t(seed / 5 % 4);
     if (options.objects + options.bvhs + options.sphericals == 0) options.objects = 1;
     format::Asset asset = test::random_asset(seed, options);

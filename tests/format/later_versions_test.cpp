@@ -303,7 +303,6 @@ TEST(LaterVersions, ObjectsMayBeUnsupported) {
     std::function<void(ObjectRecord&)> change;
   };
   const Change changes[] = {
-      {"has cut-outs, which this build does not know", [](auto& r) { r.flags = format::kCutOuts; }},
       {"deforms, which this build does not know", [](auto& r) { r.flags = format::kDeforms; }},
       {"has flags that this build does not know", [](auto& r) { r.flags = 0x8000; }}};
   for (uint32_t index = 0; index < whole.objects.size(); ++index)

@@ -371,6 +371,23 @@ void mutate(format::TrianglesData& data, format::Object&, format::Asset&, Random
     to[axis] = changed_float(to[axis], random);
 }
 
+void mutate(format::HolesData& data, format::Object&, format::Asset& asset, Random& random) {
+  kernels::AlphaPatch& patch = data.patches[random.below(uint32_t(data.patches.size()))];
+  switch (random.below(4)) {
+    case 0:
+      patch.map = random.below(uint32_t(asset.alpha_maps.size()) + 1);
+      break;
+    case 1:
+      patch.shift = random.below(kernels::kAlphaFraction + 2);
+      break;
+    case 2:
+      patch.places[random.below(3)][random.below(2)] ^= int32_t(1u << random.below(32));
+      break;
+    default:
+      data.numbers[random.below(uint32_t(data.numbers.size()))] ^= 1u << random.below(32);
+  }
+}
+
 std::vector<float>& grid_of(format::SphericalGrids& grids, Random& random) {
   std::vector<float>* const all[] = {&grids.outer_position, &grids.outer_direction, &grids.inner_position,
                                      &grids.inner_direction, &grids.distance};
@@ -571,6 +588,9 @@ Bytes join_assets(const Bytes& one, const Bytes& other) {
     for (format::Object& object : more.objects) {
       if (object.network) object.network->mlp += uint32_t(asset.mlps.size());
       if (object.spherical) object.spherical->network += uint32_t(asset.spherical_networks.size());
+      if (object.holes)
+        for (kernels::AlphaPatch& patch : object.holes->patches)
+          patch.map += uint32_t(asset.alpha_maps.size());
       asset.objects.push_back(std::move(object));
     }
     const auto placed = uint32_t(asset.instances.size());
@@ -583,6 +603,8 @@ Bytes join_assets(const Bytes& one, const Bytes& other) {
     for (format::Mlp& network : more.mlps) asset.mlps.push_back(std::move(network));
     for (format::SphericalNetworks& networks : more.spherical_networks)
       asset.spherical_networks.push_back(std::move(networks));
+    for (size_t i = 0; i < more.alpha_maps.size(); ++i)
+      asset.alpha_maps.add(more.alpha_maps[i], more.alpha_maps.tiles(i));
     return format::encode(asset);
   } catch (const Error&) {
     return {};

@@ -46,6 +46,7 @@ TEST_P(GpuAnswers, ScenesOfAllEncodings) {
                                                           .sphericals = 2,
                                                           .exacts = 2,
                                                           .proofs = 2,
+                                                          .cutouts = 1,
                                                           .features = seed % 2 ? 2u : 0u}));
     const uint32_t other = twins.load(random_asset(seed + 100, {.objects = 1, .max_voxels = 30}));
     for (uint32_t i = 0; i < 12 + seed * 5; ++i) {
@@ -64,7 +65,7 @@ TEST_P(GpuAnswers, ScenesOfOneEncoding) {
   for (const RandomAssetOptions& options :
        {RandomAssetOptions{.objects = 2, .features = 2}, RandomAssetOptions{.objects = 0, .bvhs = 2},
         RandomAssetOptions{.objects = 0, .sphericals = 2}, RandomAssetOptions{.objects = 0, .exacts = 2},
-        RandomAssetOptions{.objects = 0, .proofs = 2}}) {
+        RandomAssetOptions{.objects = 0, .proofs = 2, .cutouts = 1}}) {
     TwinScenes twins(config());
     const uint32_t asset = twins.load(random_asset(7, options));
     for (uint32_t i = 0; i < 9; ++i)
@@ -78,7 +79,7 @@ TEST_P(GpuAnswers, ScenesOfOneEncoding) {
 TEST_P(GpuAnswers, ScenesOfOneInstance) {
   Random random(3);
   const format::Asset asset =
-      random_asset(3, {.objects = 1, .bvhs = 1, .sphericals = 1, .exacts = 1, .proofs = 1});
+      random_asset(3, {.objects = 1, .bvhs = 1, .sphericals = 1, .exacts = 1, .proofs = 1, .cutouts = 1});
   for (uint32_t object = 0; object < asset.objects.size(); ++object)
     for (const bool identity : {true, false}) {
       TwinScenes twins(config());

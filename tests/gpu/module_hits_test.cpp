@@ -14,6 +14,7 @@ constexpr RandomAssetOptions kHitAssets{.objects = 2,
                                         .sphericals = 2,
                                         .exacts = 2,
                                         .proofs = 2,
+                                        .cutouts = 1,
                                         .colors = 5,
                                         .sources = 3};
 constexpr RandomAssetOptions kPairAssets{.objects = 2, .instances = 0, .features = 2};

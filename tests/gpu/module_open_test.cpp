@@ -7,7 +7,7 @@ namespace nif::test {
 namespace {
 
 constexpr RandomAssetOptions kAllEncodings{
-    .objects = 2, .instances = 0, .bvhs = 1, .sphericals = 1, .exacts = 1, .proofs = 2};
+    .objects = 2, .instances = 0, .bvhs = 1, .sphericals = 1, .exacts = 1, .proofs = 2, .cutouts = 1};
 
 class GpuOpenRays : public GpuModuleTest, public testing::WithParamInterface<uint32_t> {
  protected:

@@ -7,8 +7,14 @@
 namespace nif::test {
 namespace {
 
-constexpr RandomAssetOptions kEveryEncoding{
-    .objects = 2, .instances = 0, .max_voxels = 10, .bvhs = 1, .sphericals = 1, .exacts = 1, .proofs = 1};
+constexpr RandomAssetOptions kEveryEncoding{.objects = 2,
+                                            .instances = 0,
+                                            .max_voxels = 10,
+                                            .bvhs = 1,
+                                            .sphericals = 1,
+                                            .exacts = 1,
+                                            .proofs = 1,
+                                            .cutouts = 1};
 
 class GpuProvers : public GpuModuleTest, public testing::WithParamInterface<uint32_t> {
  protected:
@@ -62,7 +68,7 @@ TEST_P(GpuProvers, OfObjectsThatCannotBeAnswered) {
   for (const uint32_t broken : {0u, 2u, 5u}) {
     TwinScenes twins(config(GetParam()));
     const uint32_t asset = twins.load(with_record<format::ObjectRecord>(
-        good, format::kObjects, broken, [](auto& r) { r.flags = format::kCutOuts; }));
+        good, format::kObjects, broken, [](auto& r) { r.flags = format::kDeforms; }));
     for (uint32_t object = 0; object < twins.objects(asset); ++object)
       if (object != broken) twins.add(asset, object, kIdentity);
     twins.commit();

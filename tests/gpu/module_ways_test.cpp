@@ -18,8 +18,8 @@ class GpuWays : public GpuModuleTest {
   /// A scene of several instances with networks.
   static void fill(TwinScenes& twins, uint32_t instances = 6) {
     Random random(1);
-    const uint32_t asset =
-        twins.load(random_asset(1, {.objects = 2, .bvhs = 1, .sphericals = 1, .exacts = 1, .proofs = 1}));
+    const uint32_t asset = twins.load(
+        random_asset(1, {.objects = 2, .bvhs = 1, .sphericals = 1, .exacts = 1, .proofs = 1, .cutouts = 1}));
     for (uint32_t i = 0; i < instances; ++i)
       twins.add(asset, i % twins.objects(asset), random_transform(random, 4));
     twins.commit();
@@ -326,8 +326,8 @@ TEST_F(GpuWays, PartsOfHostQueries) {
 /// Half precision affects only `spherical` objects, changes their answers within the bound of the arithmetic,
 /// and gives the same each time, whichever way is faster.
 TEST_F(GpuWays, HalfPrecision) {
-  const format::Asset asset =
-      random_asset(3, {.objects = 1, .instances = 0, .bvhs = 1, .sphericals = 1, .exacts = 1, .proofs = 1});
+  const format::Asset asset = random_asset(
+      3, {.objects = 1, .instances = 0, .bvhs = 1, .sphericals = 1, .exacts = 1, .proofs = 1, .cutouts = 1});
   const auto file = format::encode(asset);
   const format::AssetView view = format::read_asset(file, "test");
   Random random(6);

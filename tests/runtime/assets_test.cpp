@@ -185,6 +185,7 @@ TEST_P(AssetInformation, HasPartsThatAddUp) {
                                  .sphericals = 1,
                                  .exacts = 1,
                                  .proofs = 1,
+                                 .cutouts = 1,
                                  .primaries = 1,
                                  .features = GetParam(),
                                  .colors = 1,

@@ -20,7 +20,7 @@ bool is_ray(const NifRay& ray) {
 }
 
 constexpr RandomAssetOptions kAllEncodings{
-    .objects = 2, .instances = 0, .bvhs = 1, .sphericals = 1, .exacts = 1, .proofs = 2};
+    .objects = 2, .instances = 0, .bvhs = 1, .sphericals = 1, .exacts = 1, .proofs = 2, .cutouts = 1};
 
 TEST_F(RuntimeTest, OpenRaysAreThoseThatAreNotCertain) {
   for (uint64_t seed = 0; seed < 4; ++seed) {

@@ -10,8 +10,14 @@
 namespace nif::test {
 namespace {
 
-constexpr RandomAssetOptions kEveryEncoding{
-    .objects = 2, .instances = 0, .max_voxels = 10, .bvhs = 2, .sphericals = 1, .exacts = 2, .proofs = 1};
+constexpr RandomAssetOptions kEveryEncoding{.objects = 2,
+                                            .instances = 0,
+                                            .max_voxels = 10,
+                                            .bvhs = 2,
+                                            .sphericals = 1,
+                                            .exacts = 2,
+                                            .proofs = 1,
+                                            .cutouts = 1};
 constexpr std::array<float, 12> kMoved{0.9f, 0.1f, 0, 0.1f, 0, -1.1f, 0.2f, 0, 0.1f, 0, 1, -0.1f};
 constexpr float kNowhere = std::numeric_limits<float>::infinity();
 

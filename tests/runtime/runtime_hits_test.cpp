@@ -22,6 +22,7 @@ constexpr RandomAssetOptions kHitEncodings{.objects = 2,
                                            .sphericals = 1,
                                            .exacts = 2,
                                            .proofs = 1,
+                                           .cutouts = 1,
                                            .colors = 3,
                                            .sources = 3};
 

@@ -28,6 +28,7 @@ struct RandomAssetOptions {
       0;                   ///< objects of the `spherical` encoding, after those; the first two share networks
   uint32_t exacts = 0;     ///< objects of the `exact` encoding, after those
   uint32_t proofs = 0;     ///< objects of the `proof` encoding, after those
+  uint32_t cutouts = 0;    ///< objects of the `cutout` encoding, after those
   uint32_t primaries = 0;  ///< objects with a field for primary rays, the first so many of all
   uint32_t features = 0;   ///< of each corner; 0: any number
   uint32_t colors = 0;     ///< objects with colours of surface voxels, the first with a grid
@@ -256,6 +257,68 @@ inline format::Object random_bvh_object(Random& random, const std::string& name)
   return object;
 }
 
+/// A map of any shape; sometimes all of one kind.
+inline void add_random_alpha_map(Random& random, format::AlphaMaps& maps) {
+  kernels::AlphaMap map;
+  map.width = 1 + random.below(random.below(4) ? 20 : 70);
+  map.height = 1 + random.below(random.below(4) ? 20 : 70);
+  for (uint32_t& wrap : map.wrap) wrap = random.below(kernels::kAlphaWraps);
+  const uint32_t columns = kernels::alpha_tiles(map.width), grain = 1 + random.below(4);
+  const uint32_t share = random.below(5);  // of 4 blocks of texels, so many are solid
+  auto tiles = std::make_shared<std::vector<uint64_t>>(kernels::alpha_tiles(map.width, map.height));
+  std::vector<bool> blocks(size_t{map.width} * map.height);
+  for (uint32_t y = 0; y < map.height; ++y)
+    for (uint32_t x = 0; x < map.width; ++x) {
+      const bool first = x % grain == 0 && y % grain == 0;
+      const bool solid =
+          first ? random.below(4) < share : blocks[size_t{y / grain * grain} * map.width + x / grain * grain];
+      blocks[size_t{y} * map.width + x] = solid;
+      const size_t tile = size_t{y / kernels::kAlphaTile} * columns + x / kernels::kAlphaTile;
+      (*tiles)[tile] |= uint64_t{solid}
+                        << (x % kernels::kAlphaTile + kernels::kAlphaTile * (y % kernels::kAlphaTile));
+    }
+  maps.add(map, std::move(tiles));
+}
+
+/// Holes of most triangles, in maps of the asset, of which there must be one.
+inline format::HolesData random_holes(Random& random, uint32_t triangles, const format::AlphaMaps& maps) {
+  format::HolesData holes;
+  holes.patches.resize(1 + random.below(triangles));
+  for (kernels::AlphaPatch& patch : holes.patches) {
+    patch.map = random.below(uint32_t(maps.size()));
+    patch.shift = random.below(3) ? 0 : random.below(kernels::kAlphaFraction + 1);
+    const float size = random.below(3) ? 1.0f : random.between(0.0f, 40.0f);
+    for (auto& place : patch.places)
+      for (int a = 0; a < 2; ++a) {
+        const float side = static_cast<float>(a == 0 ? maps[patch.map].width : maps[patch.map].height);
+        place[a] = random.below(50) == 0 ? std::numeric_limits<int32_t>::min()
+                                         : static_cast<int32_t>(random.between(-size, 2 * size) * side *
+                                                                static_cast<float>(65536 >> patch.shift));
+      }
+  }
+  std::vector<uint32_t> numbers(triangles);
+  for (uint32_t& number : numbers)
+    number = random.below(4) ? 1 + random.below(uint32_t(holes.patches.size())) : 0;
+  holes.set_numbers(numbers);
+  return holes;
+}
+
+inline format::Object random_cutout_object(Random& random, const std::string& name,
+                                           const format::AlphaMaps& maps) {
+  format::Object object = random_bvh_object(random, name);
+  object.holes = random_holes(random, uint32_t(object.triangles->triangles.size()), maps);
+  return object;
+}
+
+/// Takes no random numbers of what else an asset has.
+inline void add_cutouts(uint64_t seed, uint32_t count, format::Asset& asset) {
+  if (count == 0) return;
+  Random random(seed + 0x686f6c65);
+  for (uint32_t maps = 1 + random.below(3); maps-- > 0;) add_random_alpha_map(random, asset.alpha_maps);
+  for (uint32_t i = 0; i < count; ++i)
+    asset.objects.push_back(random_cutout_object(random, "cutout " + std::to_string(i), asset.alpha_maps));
+}
+
 inline format::Object random_exact_object(Random& random, const RandomAssetOptions& options,
                                           const std::string& name) {
   RandomExact exact = random_exact(random, options.max_voxels);
@@ -423,6 +486,7 @@ inline format::Asset random_asset(uint64_t seed, const RandomAssetOptions& optio
     asset.objects.push_back(random_exact_object(random, options, "exact " + std::to_string(i)));
   for (uint32_t i = 0; i < options.proofs; ++i)
     asset.objects.push_back(random_proof_object(random, options, "proof " + std::to_string(i)));
+  add_cutouts(seed, options.cutouts, asset);
   for (uint32_t i = 0; i < options.instances; ++i) {
     format::Instance instance;
     instance.name = "instance " + std::to_string(i);
@@ -468,6 +532,10 @@ inline kernels::Segment random_segment(Random& random, const kernels::PlanesFiel
                      ? std::numeric_limits<float>::infinity()
                      : random.unit() * static_cast<float>(field.voxels[0]) / field.voxels_per_unit;
   return segment;
+}
+
+inline kernels::Segment random_segment(Random& random, const kernels::CutoutField& field) {
+  return random_segment(random, field.triangles);
 }
 
 inline kernels::Segment random_segment(Random& random, const kernels::ExactField& field) {

@@ -24,7 +24,7 @@ namespace nif::kernels::cpu::HWY_NAMESPACE {
 
 struct BvhAnswerScratch {
   BoxEnds ends;
-  BvhScratch bvh;
+  BvhScratch<> bvh;
 };
 static_assert(sizeof(BvhAnswerScratch) <= kKernelScratchBytes);
 
@@ -35,7 +35,7 @@ void answer_bvh(const BvhTree& tree, const SegmentBatch& batch, AnswerBatch& ans
 
 struct BvhIntersectScratch {
   BoxEnds ends;
-  BvhHitScratch hits;
+  BvhHitScratch<> hits;
 };
 static_assert(sizeof(BvhIntersectScratch) <= kKernelScratchBytes);
 

@@ -58,7 +58,7 @@ struct ExactScratch {
   BoxEnds ends;
   AnswerBatch answers;
   SeenBatch seen;
-  BvhScratch bvh;
+  BvhScratch<> bvh;
 };
 static_assert(sizeof(ExactScratch) <= kKernelScratchBytes);
 
@@ -86,7 +86,7 @@ struct ExactHitScratch {
   SegmentBatch left;
   BoxEnds ends;
   HitBatch hits;
-  BvhHitScratch bvh;
+  BvhHitScratch<> bvh;
   SeenBatch seen;
 };
 static_assert(sizeof(ExactHitScratch) <= kKernelScratchBytes);

@@ -16,6 +16,7 @@
 
 #include <utility>
 
+#include "kernels/cpu/holes/holes.hpp"
 #include "kernels/cpu/triangles/boxes-inl.hpp"
 #include "kernels/cpu/triangles/exact_hits-inl.hpp"
 #include "kernels/cpu/triangles/large-inl.hpp"
@@ -137,14 +138,26 @@ inline constexpr uint32_t triangles_in(Child leaf) {
   return kLeafBits >> (kBvhLeafTriangles - 1 - leaf % kBvhLeafTriangles);
 }
 
-/// Goal: does a ray meet any triangle?
+/// Does the ray meet this triangle, as the reference defines it, and does the triangle block it there?
+template <class Holes>
+HWY_INLINE bool blocks_exactly(const Holes& holes, const TriangleRay& ray, const TriangleCorners& triangle) {
+  const float* const vertices[3] = {triangle.corners[0], triangle.corners[1], triangle.corners[2]};
+  TriangleCrossing<double> crossing;
+  return meets_triangle(ray, vertices, crossing) && holes(triangle.triangle, crossing);
+}
+
+/// Goal: does any triangle block a ray?
+template <class Holes>
 class AnyTriangle {
  public:
   static constexpr bool kNearestFirst = false;
   struct State {};
 
-  AnyTriangle(const BvhTree& tree, const SegmentBatch& batch, AnswerBatch& answers)
-      : tree_(tree), batch_(batch), answers_(answers) {}
+  AnyTriangle(const BvhTree& tree, const Holes& holes, const SegmentBatch& batch, AnswerBatch& answers)
+      : tree_(tree), holes_(holes), batch_(batch), answers_(answers) {}
+
+  /// Triangles of a leaf that block wherever they are met, as bits.
+  HWY_INLINE uint32_t without_holes(Child leaf) const { return ~holes_.in_leaf(leaf / kBvhLeafTriangles); }
 
   AnswerBatch& answers() const { return answers_; }
   HWY_INLINE void begin(Flight<AnyTriangle>&) const {}
@@ -162,8 +175,8 @@ class AnyTriangle {
       blocked |= bits_of(test.met) & rays.asked;
       for (uint32_t open = bits_of(test.open) & rays.asked & ~blocked; open != 0; open &= open - 1) {
         const uint32_t lane = lowest_bit(open);
-        if (meets_exactly(tree_.decoded.leaves[i / kBvhLeafTriangles], 1u << i % kBvhLeafTriangles,
-                          rays.first + lane))
+        if (blocks_exactly(tree_.decoded.leaves[i / kBvhLeafTriangles], 1u << i % kBvhLeafTriangles,
+                           rays.first + lane))
           blocked |= 1u << lane;
       }
     }
@@ -174,42 +187,39 @@ class AnyTriangle {
   /// Looks at some triangles of a leaf. Returns true if the ray is finished.
   HWY_INLINE bool look_at(Child leaf, const LeafDepths& depths, uint32_t lanes,
                           Flight<AnyTriangle>& flight) const {
-    if ((depths.met & lanes) != 0) return true;
+    if ((depths.met & lanes & without_holes(leaf)) != 0) return true;
     lanes &= depths.open;
-    return lanes != 0 && meets_exactly(tree_.decoded.leaves[leaf / kBvhLeafTriangles], lanes, flight.number);
+    return lanes != 0 && blocks_exactly(tree_.decoded.leaves[leaf / kBvhLeafTriangles], lanes, flight.number);
   }
   HWY_INLINE void end(const Flight<AnyTriangle>& flight, bool blocked) const {
     answers_.logit[flight.number] = blocked ? -kCertainLogit : kCertainLogit;
   }
 
  private:
-  /// Does the ray meet one of these triangles, as the reference defines it?
-  HWY_NOINLINE bool meets_exactly(const DecodedLeaf& leaf, uint32_t lanes, uint32_t ray) const {
+  HWY_NOINLINE bool blocks_exactly(const DecodedLeaf& leaf, uint32_t lanes, uint32_t ray) const {
     TriangleRay exact;
     prepare_for_triangles(tree_.field, segment_of(batch_, ray), exact);
-    for (; lanes != 0; lanes &= lanes - 1) {
-      const TriangleCorners triangle = corners_of(leaf, lowest_bit(lanes));
-      const float* const vertices[3] = {triangle.corners[0], triangle.corners[1], triangle.corners[2]};
-      TriangleCrossing<double> crossing;
-      if (meets_triangle(exact, vertices, crossing)) return true;
-    }
+    for (; lanes != 0; lanes &= lanes - 1)
+      if (decoded::blocks_exactly(holes_, exact, corners_of(leaf, lowest_bit(lanes)))) return true;
     return false;
   }
 
   const BvhTree& tree_;
+  [[no_unique_address]] Holes holes_;
   const SegmentBatch& batch_;
   AnswerBatch& answers_;
 };
 
-/// Goal: the nearest triangle that a ray meets.
+/// Goal: the nearest triangle that blocks a ray.
+template <class Holes>
 class FirstTriangle {
  public:
   static constexpr bool kNearestFirst = true;
   using State = RayCandidates<Child>;  ///< a place is the leaf times kBvhLeafTriangles, plus the lane
 
-  FirstTriangle(const BvhTree& tree, const SegmentBatch& batch, AnswerBatch& answers, HitBatch& hits,
-                HitCandidates& candidates)
-      : tree_(tree), batch_(batch), answers_(answers), hits_(hits), candidates_(candidates) {
+  FirstTriangle(const BvhTree& tree, const Holes& holes, const SegmentBatch& batch, AnswerBatch& answers,
+                HitBatch& hits, HitCandidates& candidates)
+      : tree_(tree), holes_(holes), batch_(batch), answers_(answers), hits_(hits), candidates_(candidates) {
     candidates.count = 0;
   }
 
@@ -264,10 +274,14 @@ class FirstTriangle {
       keep(hits.low[lowest_bit(open)][lane], lowest_bit(open), flight);
     shorten(flight.leaf_ray, flight.state.bound);
   }
-  HWY_INLINE bool look_at(Child leaf, const LeafDepths& depths, uint32_t lanes,
+  HWY_INLINE bool look_at(Child leaf, LeafDepths& depths, uint32_t lanes,
                           Flight<FirstTriangle>& flight) const {
     State& state = flight.state;
     const float before = state.bound;
+    if constexpr (Holes::kAny) {
+      if (const uint32_t holes = depths.open & lanes & holes_.in_leaf(leaf / kBvhLeafTriangles); holes != 0)
+        decide_holes(leaf, holes, flight, depths);
+    }
     for (uint32_t met = depths.met & lanes; met != 0; met &= met - 1)
       state.bound = min_of(depths.high[lowest_bit(met)], state.bound);
     for (uint32_t open = depths.open & lanes; open != 0; open &= open - 1) {
@@ -291,6 +305,21 @@ class FirstTriangle {
   void finish() const { finish_hits(tree_.field, batch_, answers_, candidates_, hits_); }
 
  private:
+  /// Triangles with holes that block the ray are met, and the others are not open.
+  HWY_NOINLINE void decide_holes(Child leaf, uint32_t lanes, const Flight<FirstTriangle>& flight,
+                                 LeafDepths& depths) const {
+    TriangleRay exact;
+    prepare_for_triangles(tree_.field, segment_of(batch_, flight.number), exact);
+    for (; lanes != 0; lanes &= lanes - 1) {
+      const uint32_t i = lowest_bit(lanes);
+      const bool blocks =
+          depths.low[i] <= flight.state.bound &&
+          blocks_exactly(holes_, exact, corners_of(tree_.decoded.leaves[leaf / kBvhLeafTriangles], i));
+      depths.open &= ~(uint32_t(!blocks) << i);
+      depths.met = (depths.met & ~(1u << i)) | uint32_t(blocks) << i;
+    }
+  }
+
   /// Adds a candidate.
   HWY_INLINE void keep(float low, Child place, Flight<FirstTriangle>& flight) const {
     State& state = flight.state;
@@ -304,6 +333,7 @@ class FirstTriangle {
   }
 
   const BvhTree& tree_;
+  [[no_unique_address]] Holes holes_;
   const SegmentBatch& batch_;
   AnswerBatch& answers_;
   HitBatch& hits_;
@@ -354,7 +384,7 @@ class Traversal {
       const Child leaf = group.leaves[i];
       const uint32_t at = group.rays[i], triangles = triangles_in(leaf);
       const LeafTest test = test_leaf(leaves[leaf / kBvhLeafTriangles], group.flights[at].leaf_ray);
-      const bool met = !Goal::kNearestFirst && (test.met & triangles) != 0;
+      const bool met = surely_blocks(leaf, test.met & triangles);
       group.leaves[left] = leaf;
       group.rays[left] = at;
       left += uint32_t((test.open & triangles) != 0) & uint32_t(!met);
@@ -372,7 +402,7 @@ class Traversal {
       const Child leaf = group.leaves[i];
       const uint32_t at = group.rays[i], triangles = triangles_in(leaf);
       Flight& flight = group.flights[at];
-      const LeafDepths depths = depths_of(leaves[leaf / kBvhLeafTriangles], flight.leaf_ray);
+      LeafDepths depths = depths_of(leaves[leaf / kBvhLeafTriangles], flight.leaf_ray);
       const bool met = goal_.look_at(leaf, depths, triangles, flight);
       blocked |= uint32_t(met) << at;
     }
@@ -390,6 +420,13 @@ class Traversal {
   }
 
  private:
+  /// Whether a ray that surely meets these triangles of a leaf, as bits, is finished.
+  HWY_INLINE bool surely_blocks(Child leaf, uint32_t met) const {
+    if constexpr (Goal::kNearestFirst)
+      return false;
+    else
+      return (met & goal_.without_holes(leaf)) != 0;
+  }
   HWY_INLINE void test_node(FlightGroup& group, uint32_t at, uint32_t& count, uint32_t& done) const {
     Flight& flight = group.flights[at];
     const int32_t top = group.tops[at];

@@ -114,8 +114,8 @@ struct Large {
 /// The tree of the file without its large triangles.
 class RestOfTree {
  public:
-  RestOfTree(const TrianglesField& field, std::pmr::memory_resource* memory)
-      : field_(field), changed_(memory) {
+  RestOfTree(const TrianglesField& field, const HolesField* holes, std::pmr::memory_resource* memory)
+      : field_(field), holes_(holes), changed_(memory) {
     Box whole{};
     const Items root = items_of(0);
     for (uint32_t i = 0; i < root.count; ++i)
@@ -193,7 +193,7 @@ class RestOfTree {
     }
   }
   void add_large(const Large& large) {
-    if (large.surface < least_) return;
+    if (large.surface < least_ || (holes_ && patch_of(*holes_, large.triangle))) return;
     uint32_t at = large_count_;
     if (at == kMostLarge && large.surface <= large_[at - 1].surface) return;
     if (at == kMostLarge) --at;
@@ -230,6 +230,7 @@ class RestOfTree {
   }
 
   const TrianglesField& field_;
+  const HolesField* holes_;
   double least_ = 0;  ///< surface of a large triangle's box
   Large large_[kMostLarge];
   uint32_t large_count_ = 0;
@@ -331,8 +332,13 @@ uint32_t far_to_near(const Items& all, uint32_t signs) {
 /// Builds the decoded nodes from the root on, each after its parent.
 class Decoder {
  public:
-  Decoder(const TrianglesField& field, size_t most_bytes, std::pmr::memory_resource* memory)
-      : tree_(field, memory), most_bytes_(most_bytes), nodes_(memory), leaves_(memory), large_(memory) {}
+  Decoder(const TrianglesField& field, const HolesField* holes, size_t most_bytes,
+          std::pmr::memory_resource* memory)
+      : tree_(field, holes, memory),
+        most_bytes_(most_bytes),
+        nodes_(memory),
+        leaves_(memory),
+        large_(memory) {}
 
   /// Empty if it takes too many bytes.
   DecodedTree run() {
@@ -432,12 +438,13 @@ class Decoder {
 
 }  // namespace
 
-DecodedTree decode(const TrianglesField& field, size_t most_bytes, std::pmr::memory_resource* memory) {
+DecodedTree decode(const TrianglesField& field, size_t most_bytes, std::pmr::memory_resource* memory,
+                   const HolesField* holes) {
   // Numbers of nodes and of triangles in leaves take 32 bits.
   most_bytes = size_t(std::min<uint64_t>(most_bytes, uint64_t{1} << 32));
   // The size is not known before.
   if (least_decoded_bytes(field.triangle_count) > most_bytes) return {};
-  return Decoder(field, most_bytes, memory).run();
+  return Decoder(field, holes, most_bytes, memory).run();
 }
 
 }  // namespace nif::kernels::cpu

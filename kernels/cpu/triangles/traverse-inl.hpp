@@ -20,6 +20,7 @@
 
 #include <hwy/highway.h>
 
+#include "kernels/cpu/holes/holes.hpp"
 #include "kernels/cpu/triangles/boxes-inl.hpp"
 #include "kernels/cpu/triangles/phases-inl.hpp"
 #include "kernels/cpu/triangles/triangles-inl.hpp"
@@ -75,31 +76,35 @@ struct TraversalScratch {
   FlightGroup<Goal> groups[kFlightGroups];
 };
 
-/// Goal: does a ray meet any triangle?
+/// Goal: does any triangle block a ray?
+template <class Holes>
 class AnyTriangle {
  public:
   static constexpr bool kNearestFirst = false;  ///< bakers put first what is likely to block
   struct State {};
 
-  AnyTriangle(const SegmentBatch& batch, AnswerBatch& answers) : batch_(batch), answers_(answers) {}
+  AnyTriangle(const Holes& holes, const SegmentBatch& batch, AnswerBatch& answers)
+      : holes_(holes), batch_(batch), answers_(answers) {}
 
   AnswerBatch& answers() const { return answers_; }
   HWY_INLINE void begin(Flight<AnyTriangle>&) const {}
   /// Returns true if the ray is finished.
   HWY_INLINE bool look_at(const TrianglesField& field, Flight<AnyTriangle>& flight,
                           const OpenTriangles& found) const {
-    if (!meets_open(field, batch_, flight.number, flight.ray, found)) return false;
+    if (!meets_open(field, holes_, batch_, flight.number, flight.ray, found)) return false;
     answers_.logit[flight.number] = -kCertainLogit;
     return true;
   }
   HWY_INLINE void end(const TrianglesField&, const Flight<AnyTriangle>&) const {}
 
  private:
+  [[no_unique_address]] Holes holes_;
   const SegmentBatch& batch_;
   AnswerBatch& answers_;
 };
 
-/// Goal: the nearest triangle that a ray meets.
+/// Goal: the nearest triangle that blocks a ray.
+template <class Holes>
 class FirstTriangle {
  public:
   static constexpr bool kNearestFirst = true;
@@ -111,8 +116,8 @@ class FirstTriangle {
   };
 
   /// `answers` receives which rays are certain; `hits` only the hits that exist.
-  FirstTriangle(const SegmentBatch& batch, AnswerBatch& answers, HitBatch& hits)
-      : batch_(batch), answers_(answers), hits_(hits) {}
+  FirstTriangle(const Holes& holes, const SegmentBatch& batch, AnswerBatch& answers, HitBatch& hits)
+      : holes_(holes), batch_(batch), answers_(answers), hits_(hits) {}
 
   AnswerBatch& answers() const { return answers_; }
   HWY_INLINE void begin(Flight<FirstTriangle>& flight) const {
@@ -133,7 +138,7 @@ class FirstTriangle {
     for (; open != 0; open >>= 1, ranks &= ranks - 1) {
       if ((open & 1) == 0) continue;
       const uint32_t triangle = node.first_triangle + lowest_bit(ranks);
-      if (!look_at_triangle(field, state.exact, node.first_vertex, triangle, state.nearest)) continue;
+      if (!look_at_triangle(field, state.exact, node.first_vertex, triangle, state.nearest, holes_)) continue;
       // Boxes use t times the power of two in the direction's longest component.
       float power = 0;
       for (uint32_t a = 0; a < 3; ++a) power = max_of(magnitude(batch_.direction[a][flight.number]), power);
@@ -150,6 +155,7 @@ class FirstTriangle {
   }
 
  private:
+  [[no_unique_address]] Holes holes_;
   const SegmentBatch& batch_;
   AnswerBatch& answers_;
   HitBatch& hits_;
@@ -329,33 +335,37 @@ HWY_INLINE void traverse_for(const Goal& goal, const BvhTree& tree, const Segmen
   run_phases(traversal, scratch.groups);
 }
 
+template <class Holes = NoHoles>
 union BvhScratch {
-  TraversalScratch<AnyTriangle> packed;
+  TraversalScratch<AnyTriangle<Holes>> packed;
 #ifdef NIF_DECODES
-  decoded::TraversalScratch<decoded::AnyTriangle> decoded;
+  decoded::TraversalScratch<decoded::AnyTriangle<Holes>> decoded;
 #endif
 };
 /// Answers the rays of a batch. Not inlined, so that all kernels share this code.
-HWY_NOINLINE inline void traverse(const BvhTree& tree, const SegmentBatch& batch, const float* enter,
-                                  const float* leave, AnswerBatch& answers, BvhScratch& scratch) {
+template <class Holes = NoHoles>
+HWY_NOINLINE void traverse(const BvhTree& tree, const SegmentBatch& batch, const float* enter,
+                           const float* leave, AnswerBatch& answers, BvhScratch<Holes>& scratch,
+                           const Holes& holes = {}) {
 #ifdef NIF_DECODES
   if (!tree.decoded.nodes.empty()) {
-    decoded::traverse_for(decoded::AnyTriangle(tree, batch, answers), tree, batch, enter, leave,
+    decoded::traverse_for(decoded::AnyTriangle<Holes>(tree, holes, batch, answers), tree, batch, enter, leave,
                           scratch.decoded);
     return;
   }
 #endif
-  traverse_for(AnyTriangle(batch, answers), tree, batch, enter, leave, scratch.packed);
+  traverse_for(AnyTriangle<Holes>(holes, batch, answers), tree, batch, enter, leave, scratch.packed);
 }
 
 /// The same without an interval.
 struct BoxEnds {
   float enter[kBatchRoom], leave[kBatchRoom];
 };
-HWY_NOINLINE inline void traverse_whole(const BvhTree& tree, const SegmentBatch& batch, AnswerBatch& answers,
-                                        BoxEnds& ends, BvhScratch& scratch) {
+template <class Holes = NoHoles>
+HWY_NOINLINE void traverse_whole(const BvhTree& tree, const SegmentBatch& batch, AnswerBatch& answers,
+                                 BoxEnds& ends, BvhScratch<Holes>& scratch, const Holes& holes = {}) {
   if (HWY_LIKELY(!any_far(tree.field, batch))) {
-    traverse(tree, batch, batch.tmin, batch.tmax, answers, scratch);
+    traverse(tree, batch, batch.tmin, batch.tmax, answers, scratch, holes);
     return;
   }
   for (uint32_t i = 0; i < batch.count; ++i) {
@@ -363,41 +373,46 @@ HWY_NOINLINE inline void traverse_whole(const BvhTree& tree, const SegmentBatch&
     ends.enter[i] = from_start_down(batch.tmin[i], start);
     ends.leave[i] = from_start_up(batch.tmax[i], start);
   }
-  traverse(tree, batch, ends.enter, ends.leave, answers, scratch);
+  traverse(tree, batch, ends.enter, ends.leave, answers, scratch, holes);
 }
 
 /// Finds their first hits.
+template <class Holes = NoHoles>
 struct BvhHitScratch {
   AnswerBatch answers;
 #ifdef NIF_DECODES
   HitCandidates candidates;
 #endif
   union {
-    TraversalScratch<FirstTriangle> packed;
+    TraversalScratch<FirstTriangle<Holes>> packed;
 #ifdef NIF_DECODES
-    decoded::TraversalScratch<decoded::FirstTriangle> decoded;
+    decoded::TraversalScratch<decoded::FirstTriangle<Holes>> decoded;
 #endif
   };
 };
-HWY_NOINLINE inline void traverse_to_hits(const BvhTree& tree, const SegmentBatch& batch, const float* enter,
-                                          const float* leave, HitBatch& hits, BvhHitScratch& scratch) {
+template <class Holes = NoHoles>
+HWY_NOINLINE void traverse_to_hits(const BvhTree& tree, const SegmentBatch& batch, const float* enter,
+                                   const float* leave, HitBatch& hits, BvhHitScratch<Holes>& scratch,
+                                   const Holes& holes = {}) {
   fill_hits(hits, batch.count, Hit());
 #ifdef NIF_DECODES
   if (!tree.decoded.nodes.empty()) {
-    const decoded::FirstTriangle goal(tree, batch, scratch.answers, hits, scratch.candidates);
+    const decoded::FirstTriangle<Holes> goal(tree, holes, batch, scratch.answers, hits, scratch.candidates);
     decoded::traverse_for(goal, tree, batch, enter, leave, scratch.decoded);
     goal.finish();
   } else
 #endif
-    traverse_for(FirstTriangle(batch, scratch.answers, hits), tree, batch, enter, leave, scratch.packed);
+    traverse_for(FirstTriangle<Holes>(holes, batch, scratch.answers, hits), tree, batch, enter, leave,
+                 scratch.packed);
   for (uint32_t i = 0; i < batch.count; ++i)
     if (!(hits.t[i] < kNoHit) && scratch.answers.certain[i] != 0) hits.low[i] = kNoHit;
 }
 
 /// The same without an interval, up to `limit`, which is described at intersect().
-HWY_NOINLINE inline void traverse_whole_to_hits(const BvhTree& tree, const SegmentBatch& batch,
-                                                const float* limit, HitBatch& hits, BoxEnds& ends,
-                                                BvhHitScratch& scratch) {
+template <class Holes = NoHoles>
+HWY_NOINLINE void traverse_whole_to_hits(const BvhTree& tree, const SegmentBatch& batch, const float* limit,
+                                         HitBatch& hits, BoxEnds& ends, BvhHitScratch<Holes>& scratch,
+                                         const Holes& holes = {}) {
   const float* enter = batch.tmin;
   for (uint32_t i = 0; i < batch.count; ++i) ends.leave[i] = min_of(next_above(limit[i]), batch.tmax[i]);
   if (HWY_UNLIKELY(any_far(tree.field, batch))) {
@@ -408,7 +423,7 @@ HWY_NOINLINE inline void traverse_whole_to_hits(const BvhTree& tree, const Segme
     }
     enter = ends.enter;
   }
-  traverse_to_hits(tree, batch, enter, ends.leave, hits, scratch);
+  traverse_to_hits(tree, batch, enter, ends.leave, hits, scratch, holes);
 }
 
 }  // namespace nif::kernels::cpu::HWY_NAMESPACE

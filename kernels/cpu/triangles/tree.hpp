@@ -19,10 +19,11 @@ struct BvhTree {
   float low[kBvhWidth][3] = {}, high[kBvhWidth][3] = {};  ///< of the slots in use, which come first
 };
 
-/// Decodes the field if `options` allow it.
-inline BvhTree tree_of(const TrianglesField& field, [[maybe_unused]] const KernelOptions& options) {
+/// Decodes the field if `options` allow it. `holes`: null if the triangles have none.
+inline BvhTree tree_of(const TrianglesField& field, [[maybe_unused]] const KernelOptions& options,
+                       [[maybe_unused]] const HolesField* holes = nullptr) {
 #ifdef NIF_DECODES
-  BvhTree tree{field, decode(field, options.most_decoded, options.memory), field.extent};
+  BvhTree tree{field, decode(field, options.most_decoded, options.memory, holes), field.extent};
 #else
   BvhTree tree{field, {}, field.extent};
 #endif

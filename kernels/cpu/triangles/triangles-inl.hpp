@@ -219,9 +219,10 @@ HWY_INLINE Meets meets_within(const ReadyRay& ray, const float* const corners[3]
   return Meets::perhaps;
 }
 
-/// Does the ray meet one of these triangles? `number`: its index in the batch.
-HWY_INLINE bool meets_open(const TrianglesField& field, const SegmentBatch& batch, uint32_t number,
-                           const ReadyRay& ray, const OpenTriangles& found) {
+/// Does one of these triangles block the ray? `number`: its index in the batch.
+template <class Holes>
+HWY_INLINE bool meets_open(const TrianglesField& field, const Holes& holes, const SegmentBatch& batch,
+                           uint32_t number, const ReadyRay& ray, const OpenTriangles& found) {
   const BvhNode& node = field.nodes[found.visit.node()];
   uint32_t ranks = found.ranks, open = found.open;
   for (uint32_t i = 0; open != 0; ++i, open >>= 1, ranks &= ranks - 1) {
@@ -231,12 +232,12 @@ HWY_INLINE bool meets_open(const TrianglesField& field, const SegmentBatch& batc
     for (uint32_t k = 0; k < 3; ++k)
       corners[k] = field.vertices[size_t(node.first_vertex) + field.triangles[triangle][k]];
     Meets meets = Meets::perhaps;
-    if (found.inside >> i & 1) meets = meets_within(ray, corners, found, i);
+    if ((found.inside >> i & 1) && !holes.in_triangle(triangle)) meets = meets_within(ray, corners, found, i);
     if (HWY_UNLIKELY(meets == Meets::perhaps)) {
       TriangleRay exact;
       TriangleCrossing<double> crossing;
       prepare_for_triangles(field, segment_of(batch, number), exact);
-      if (meets_triangle(exact, corners, crossing)) return true;
+      if (meets_triangle(exact, corners, crossing) && holes(triangle, crossing)) return true;
     }
     if (meets == Meets::yes) return true;
   }

@@ -50,9 +50,10 @@ NIF_HOST_DEVICE inline float enters_slot(const BvhRay& ray, const BvhNode& node,
 /// entries as nodes on the way down.
 NIF_HOST_DEVICE constexpr uint32_t bvh_stack_words(uint32_t levels) { return 2 * levels; }
 
-/// Like meets_bvh(). `stack` is the thread's own, of words kStride apart.
-template <uint32_t kStride, class Real>
-NIF_HOST_DEVICE bool meets_nodes(const TrianglesField& field, const BvhRayOf<Real>& ray, uint32_t* stack) {
+/// Like meets_bvh(). `stack` is the thread's own, of words kStride apart. `blocks`: see AllTriangles.
+template <uint32_t kStride, class Real, class Blocks = AllTriangles>
+NIF_HOST_DEVICE bool meets_nodes(const TrianglesField& field, const BvhRayOf<Real>& ray, uint32_t* stack,
+                                 const Blocks& blocks = {}) {
   uint32_t size = 0, number = 0;  // words on the stack: the node of slots, and their ranks as bits
   for (;;) {
     const BvhNode& node = field.nodes[number];
@@ -61,7 +62,7 @@ NIF_HOST_DEVICE bool meets_nodes(const TrianglesField& field, const BvhRayOf<Rea
       const uint8_t slot = node.slots[count_bits((met & -met) - 1)];
       if (slot_kind(slot) == kInnerSlot)
         inner |= 1u << slot_rank(slot);
-      else if (meets_leaf(field, ray, node, slot))
+      else if (meets_leaf(field, ray, node, slot, blocks))
         return true;
     }
     if (inner != 0) {
@@ -78,23 +79,23 @@ NIF_HOST_DEVICE bool meets_nodes(const TrianglesField& field, const BvhRayOf<Rea
 }
 
 /// `stack`: as for meets_nodes(). Real: as for BvhRayOf.
-template <uint32_t kStride, class Real = double>
+template <uint32_t kStride, class Real = double, class Blocks = AllTriangles>
 NIF_HOST_DEVICE ObjectAnswer answer_bvh_ray(const TrianglesField& field, const Segment& segment,
-                                            uint32_t* stack) {
+                                            uint32_t* stack, const Blocks& blocks = {}) {
   BvhRayOf<Real> ray;
   if (!prepare_ray(field, segment, ray)) {
     const Answer none = answer_no_ray(segment);
     return {none.logit, none.certain};
   }
-  return {meets_nodes<kStride>(field, ray, stack) ? -kCertainLogit : kCertainLogit,
+  return {meets_nodes<kStride>(field, ray, stack, blocks) ? -kCertainLogit : kCertainLogit,
           certain_bvh(field, segment)};
 }
 
 /// Like find_nearest(); `stack`: as for meets_nodes(). Of a node's children, the one that the ray enters
 /// first is visited next: a hit there culls the boxes behind.
-template <uint32_t kStride>
+template <uint32_t kStride, class Blocks = AllTriangles>
 NIF_HOST_DEVICE void find_nearest_nodes(const TrianglesField& field, BvhRay& ray, uint32_t* stack,
-                                        NearestTriangle& nearest) {
+                                        NearestTriangle& nearest, const Blocks& blocks = {}) {
   uint32_t size = 0, number = 0;
   for (;;) {
     const BvhNode& node = field.nodes[number];
@@ -104,7 +105,7 @@ NIF_HOST_DEVICE void find_nearest_nodes(const TrianglesField& field, BvhRay& ray
       const uint32_t s = count_bits((met & -met) - 1);
       const uint8_t slot = node.slots[s];
       if (slot_kind(slot) != kInnerSlot) {
-        look_at_leaf(field, ray, node, slot, nearest);
+        look_at_leaf(field, ray, node, slot, nearest, blocks);
         leave_at(nearest, ray);
         continue;
       }
@@ -131,22 +132,22 @@ NIF_HOST_DEVICE void find_nearest_nodes(const TrianglesField& field, BvhRay& ray
 }
 
 /// Like nearest_hit(), for a prepared segment.
-template <uint32_t kStride>
+template <uint32_t kStride, class Blocks = AllTriangles>
 NIF_HOST_DEVICE Hit nearest_bvh_hit(const TrianglesField& field, const Segment& segment, float limit,
-                                    BvhRay& ray, uint32_t* stack) {
+                                    BvhRay& ray, uint32_t* stack, const Blocks& blocks = {}) {
   leave_at(limit, ray);
   NearestTriangle nearest;
-  find_nearest_nodes<kStride>(field, ray, stack, nearest);
+  find_nearest_nodes<kStride>(field, ray, stack, nearest, blocks);
   return hit_of(field, nearest, certain_bvh(field, segment));
 }
 
 /// Like intersect(). `stack`: as for meets_nodes().
-template <uint32_t kStride>
+template <uint32_t kStride, class Blocks = AllTriangles>
 NIF_HOST_DEVICE Hit find_bvh_hit(const TrianglesField& field, const Segment& segment, float limit,
-                                 uint32_t* stack) {
+                                 uint32_t* stack, const Blocks& blocks = {}) {
   BvhRay ray;
   if (!prepare_ray(field, segment, ray)) return no_hit(answer_no_ray(segment).certain);
-  return nearest_bvh_hit<kStride>(field, segment, limit, ray, stack);
+  return nearest_bvh_hit<kStride>(field, segment, limit, ray, stack, blocks);
 }
 
 }  // namespace nif::kernels::gpu

@@ -20,26 +20,30 @@ struct NearestTriangle {
   }
 };
 
-/// Tests one triangle. Returns true if it is the nearest so far.
+/// Tests one triangle. Returns true if it is the nearest so far. `blocks`: see AllTriangles.
+template <class Blocks = AllTriangles>
 NIF_HOST_DEVICE inline bool look_at_triangle(const TrianglesField& field, const TriangleRay& ray,
                                              uint32_t first_vertex, uint32_t triangle,
-                                             NearestTriangle& nearest) {
+                                             NearestTriangle& nearest, const Blocks& blocks = {}) {
   const float* vertices[3];
   NIF_UNROLL
   for (int k = 0; k < 3; ++k)
     vertices[k] = field.vertices[size_t(first_vertex) + field.triangles[triangle][k]];
   TriangleCrossing<double> crossing;
-  if (!meets_triangle(ray, vertices, crossing) || !nearest.is_beaten_by(crossing.t, triangle)) return false;
+  if (!meets_triangle(ray, vertices, crossing) || !nearest.is_beaten_by(crossing.t, triangle) ||
+      !blocks(triangle, crossing))
+    return false;
   nearest = {crossing, triangle, first_vertex};
   return true;
 }
 
 /// Tests the triangles of a leaf slot.
+template <class Blocks = AllTriangles>
 NIF_HOST_DEVICE inline void look_at_leaf(const TrianglesField& field, const BvhRay& ray, const BvhNode& node,
-                                         uint8_t slot, NearestTriangle& nearest) {
+                                         uint8_t slot, NearestTriangle& nearest, const Blocks& blocks = {}) {
   const uint32_t first = node.first_triangle + slot_rank(slot), count = slot_kind(slot);
   for (uint32_t i = first; i < first + count; ++i)
-    look_at_triangle(field, ray, node.first_vertex, i, nearest);
+    look_at_triangle(field, ray, node.first_vertex, i, nearest, blocks);
 }
 
 /// Skips boxes behind the nearest triangle from now on, but none that may hold a triangle at the same t.
@@ -50,7 +54,9 @@ NIF_HOST_DEVICE inline void leave_at(const NearestTriangle& nearest, BvhRay& ray
 }
 
 /// Skips boxes beyond `ray.leave`, which moves to the nearest triangle.
-inline void find_nearest(const TrianglesField& field, BvhRay& ray, NearestTriangle& nearest) {
+template <class Blocks = AllTriangles>
+inline void find_nearest(const TrianglesField& field, BvhRay& ray, NearestTriangle& nearest,
+                         const Blocks& blocks = {}) {
   uint32_t stack[kBvhStack], size = 0;
   stack[size++] = 0;
   while (size > 0) {
@@ -61,7 +67,7 @@ inline void find_nearest(const TrianglesField& field, BvhRay& ray, NearestTriang
         stack[size++] = node.first_node + slot_rank(node.slots[s]);
         continue;
       }
-      look_at_leaf(field, ray, node, node.slots[s], nearest);
+      look_at_leaf(field, ray, node, node.slots[s], nearest, blocks);
       leave_at(nearest, ray);
     }
   }
@@ -110,10 +116,12 @@ NIF_HOST_DEVICE inline void leave_at(float limit, BvhRay& ray) {
 }
 
 /// The first hit of a prepared segment, whose boxes may be culled. `limit` as for intersect().
-inline Hit nearest_hit(const TrianglesField& field, const Segment& segment, float limit, BvhRay& ray) {
+template <class Blocks = AllTriangles>
+inline Hit nearest_hit(const TrianglesField& field, const Segment& segment, float limit, BvhRay& ray,
+                       const Blocks& blocks = {}) {
   leave_at(limit, ray);
   NearestTriangle nearest;
-  find_nearest(field, ray, nearest);
+  find_nearest(field, ray, nearest, blocks);
   return hit_of(field, nearest, certain_bvh(field, segment));
 }
 

@@ -323,23 +323,34 @@ NIF_HOST_DEVICE NIF_PART_OF_KERNEL bool meets_triangle(const TriangleRayOf<Real>
   return ray.tmin <= crossing.t && crossing.t <= ray.tmax;
 }
 
-/// Does the ray meet one of the triangles of a leaf slot?
-template <class Real>
+/// Which of the triangles that a ray meets block it, for the functions below: all. Objects with holes have their own
+/// (kernels/reference/holes/holes_field.hpp).
+struct AllTriangles {
+  template <class Real>
+  NIF_HOST_DEVICE constexpr bool operator()(uint32_t, const TriangleCrossing<Real>&) const {
+    return true;
+  }
+};
+
+/// Does one of the triangles of a leaf slot block the ray? `blocks(triangle, crossing)`: see AllTriangles.
+template <class Real, class Blocks = AllTriangles>
 NIF_HOST_DEVICE bool meets_leaf(const TrianglesField& field, const BvhRayOf<Real>& ray, const BvhNode& node,
-                                uint8_t slot) {
+                                uint8_t slot, const Blocks& blocks = {}) {
   const uint32_t first = node.first_triangle + slot_rank(slot), count = slot_kind(slot);
   TriangleCrossing<Real> crossing;
   for (uint32_t i = first; i < first + count; ++i) {
     const float* vertices[3];
     NIF_UNROLL
     for (int k = 0; k < 3; ++k) vertices[k] = field.vertices[node.first_vertex + field.triangles[i][k]];
-    if (meets_triangle(ray, vertices, crossing)) return true;
+    if (meets_triangle(ray, vertices, crossing) && blocks(i, crossing)) return true;
   }
   return false;
 }
 
 /// Adds the nodes that it visits to `nodes`, if not null: the baker counts them.
-inline bool meets_bvh(const TrianglesField& field, const BvhRay& ray, uint64_t* nodes = nullptr) {
+template <class Blocks = AllTriangles>
+inline bool meets_bvh(const TrianglesField& field, const BvhRay& ray, uint64_t* nodes = nullptr,
+                      const Blocks& blocks = {}) {
   uint32_t stack[kBvhStack], size = 0;
   stack[size++] = 0;
   while (size > 0) {
@@ -352,7 +363,7 @@ inline bool meets_bvh(const TrianglesField& field, const BvhRay& ray, uint64_t* 
         stack[size++] = node.first_node + slot_rank(node.slots[s]);
         continue;
       }
-      if (meets_leaf(field, ray, node, node.slots[s])) return true;
+      if (meets_leaf(field, ray, node, node.slots[s], blocks)) return true;
     }
   }
   return false;

@@ -305,6 +305,7 @@ typedef enum NifEncoding {
   NIF_ENCODING_BVH = 3,       /* the triangles in a compressed BVH; exact */
   NIF_ENCODING_EXACT = 4,     /* planes that prove most answers, and the triangles for the rest; exact */
   NIF_ENCODING_PROOF = 5,     /* the planes alone: rays that they do not prove are left to your own BVH */
+  NIF_ENCODING_CUTOUT = 6,    /* triangles of which some have holes, as leaves and fences have; exact */
   NIF_ENCODING_IS_32_BITS = 0x7fffffff
 } NifEncoding;
 

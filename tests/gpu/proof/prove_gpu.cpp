@@ -517,8 +517,14 @@ int run(const Options& options) {
     proof.add_asset(file.substr(slash == std::string::npos ? 0 : slash + 1), read_file(file));
   }
   if (options.files.empty()) {
-    const RandomAssetOptions kinds{
-        .objects = 2, .max_voxels = 80, .bvhs = 1, .sphericals = 1, .exacts = 1, .proofs = 1, .features = 2};
+    const RandomAssetOptions kinds{.objects = 2,
+                                   .max_voxels = 80,
+                                   .bvhs = 1,
+                                   .sphericals = 1,
+                                   .exacts = 1,
+                                   .proofs = 1,
+                                   .cutouts = 1,
+                                   .features = 2};
     proof.add_asset("random", format::encode(random_asset(1, kinds)));
   }
   proof.ask_mixed();

@@ -1,0 +1,50 @@
+// What traversals of triangles ask about holes: of `bvh` and `exact` objects nothing, of `cutout` objects which
+// triangles have some, and whether they block a ray that meets them.
+#pragma once
+
+#include <cstdint>
+#include <memory_resource>
+#include <vector>
+
+#include "kernels/cpu/triangles/tree.hpp"
+#include "kernels/reference/holes/holes_field.hpp"
+
+namespace nif::kernels::cpu {
+
+/// A `cutout` object as the SIMD kernel keeps it.
+struct CutoutTree {
+  BuiltBytes built_bytes() const {
+    BuiltBytes bytes = bvh.built_bytes();
+    bytes.decoded_triangles += lanes.capacity();
+    return bytes;
+  }
+
+  BvhTree bvh;
+  HolesField holes;
+  std::pmr::vector<uint8_t> lanes;  ///< [leaves of bvh.decoded], triangles with holes as bits
+};
+
+/// The holes of the triangles of a CutoutTree.
+struct SomeHoles {
+  static constexpr bool kAny = true;
+  const HolesField* holes;
+  const uint8_t* lanes;
+
+  /// Triangles of a decoded leaf, as bits.
+  uint32_t in_leaf(uint32_t leaf) const { return lanes[leaf]; }
+  bool in_triangle(uint32_t triangle) const { return patch_of(*holes, triangle) != nullptr; }
+  /// As AllTriangles.
+  bool operator()(uint32_t triangle, const TriangleCrossing<double>& crossing) const {
+    return BlockingTriangles{*holes}(triangle, crossing);
+  }
+};
+
+/// There are none.
+struct NoHoles : AllTriangles {
+  static constexpr bool kAny = false;
+
+  static constexpr uint32_t in_leaf(uint32_t) { return 0; }
+  static constexpr bool in_triangle(uint32_t) { return false; }
+};
+
+}  // namespace nif::kernels::cpu
