@@ -310,6 +310,19 @@ TEST_P(HolesOfShapes, OfInstancesLetEachOfEmbreesCallsPass) {
 
 INSTANTIATE_TEST_SUITE_P(Random, HolesOfShapes, testing::Values(1, 2, 3, 4));
 
+TEST(HolesFilter, IsExactWhereTexelsAreTooSmallForFloats) {
+  Leaves leaves = random_leaves(7, 10);
+  nif::Random random(7, 2, 0);
+  for (TriangleHoles& holes : leaves.mesh.holes) {
+    holes = {0, 0, {}};
+    for (auto& place : holes.places)
+      for (int32_t& x : place) x = int32_t(random.uniform(-0x1p31, 0x1p31));
+  }
+  BruteForce force;
+  force.add(leaves, mesh::kIdentity, 0);
+  expect_truth(force, bake::EmbreeTruth(leaves.mesh), random_rays(7, 20'000), kTruth);
+}
+
 TEST(HolesFilter, AnswersForMeshesOfAnySize) {
   Leaves leaves = random_leaves(5, 15);
   const bake::EmbreeTruth truth(leaves.mesh);
