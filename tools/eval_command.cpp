@@ -81,8 +81,7 @@ Result measure(const Arguments& arguments, const std::vector<bake::RaySet>& sets
     const bake::Prepared& prepared = asset.objects()[i];
     const Scene alone = asset.alone(i), reference = asset.alone_by_reference(i);
     std::optional<bake::EmbreeScene> behind;
-    if (!arguments.fallback.empty())
-      behind.emplace(prepared.surface.positions, prepared.surface.triangles, bake::EmbreeBuild::standard);
+    if (!arguments.fallback.empty()) behind.emplace(prepared.surface, bake::EmbreeBuild::standard);
     const bake::Answerer answer = behind ? proofs_first_answerer(alone.handle, *behind)
                                   : arguments.reference
                                       ? comparing_answerer(alone.handle, reference.handle, different)
@@ -113,12 +112,10 @@ Result measure(const Arguments& arguments, const std::vector<bake::RaySet>& sets
     }
     if (arguments.bvh) {
       progress.update(double(i + 1) / double(count), "building Embree's BVHs");
-      const auto& positions = prepared.surface.positions;
-      const auto& triangles = prepared.surface.triangles;
       result.embree.standard +=
-          uint64_t(bake::EmbreeScene(positions, triangles, bake::EmbreeBuild::standard).memory().bvh);
+          uint64_t(bake::EmbreeScene(prepared.surface, bake::EmbreeBuild::standard).memory().bvh);
       result.embree.compact +=
-          uint64_t(bake::EmbreeScene(positions, triangles, bake::EmbreeBuild::compact).memory().bvh);
+          uint64_t(bake::EmbreeScene(prepared.surface, bake::EmbreeBuild::compact).memory().bvh);
     }
   }
   result.different = different;

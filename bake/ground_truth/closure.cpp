@@ -31,11 +31,13 @@ std::vector<bool> find_unbalanced(const CleanMesh& surface, const std::vector<bo
   return unbalanced;
 }
 
-/// By representative: does the component have an unbalanced triangle?
-std::vector<bool> find_open(const std::vector<bool>& unbalanced, DisjointSets& components) {
+/// By representative: does the component have an unbalanced triangle, or one with holes?
+std::vector<bool> find_open(const CleanMesh& surface, const std::vector<bool>& unbalanced,
+                            DisjointSets& components) {
+  const auto has_holes = [&](size_t t) { return t < surface.holes.size() && surface.holes[t].any(); };
   std::vector<bool> open(unbalanced.size());
   for (size_t t = 0; t < open.size(); ++t)
-    if (unbalanced[t]) open[components.find(uint32_t(t))] = true;
+    if (unbalanced[t] || has_holes(t)) open[components.find(uint32_t(t))] = true;
   return open;
 }
 
@@ -72,10 +74,10 @@ ClosedComponents find_closed_components(const CleanMesh& surface) {
   // Slivers have no area, but their edges count: without them a closed surface would look torn.
   const size_t solid = surface.triangles.size(), count = solid + surface.slivers.size();
   DisjointSets sets(count);
-  std::vector<bool> turned, open = find_open(find_unbalanced(surface, turned, sets), sets);
+  std::vector<bool> turned, open = find_open(surface, find_unbalanced(surface, turned, sets), sets);
   if (std::ranges::find(open, true) != open.end()) {
     turned = find_turned(surface, sets, open);
-    open = find_open(find_unbalanced(surface, turned, sets), sets);
+    open = find_open(surface, find_unbalanced(surface, turned, sets), sets);
   }
 
   // First count, then place: triangles of one component end up together, in the order of the mesh.

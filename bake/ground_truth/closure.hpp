@@ -12,8 +12,8 @@ namespace nif::bake {
 /// The closed components of a welded surface. A component is a set of triangles connected over edges. It is
 /// closed if every edge is passed equally often in both directions (a closed, consistently oriented surface,
 /// possibly touching or crossing itself), if necessary after turning triangles that face another way than
-/// their neighbours. Such a component gives every point off it an integer winding number, and a path between
-/// points with different winding numbers must cross it.
+/// their neighbours; and none of its triangles has holes. Such a component gives every point off it an integer
+/// winding number, and a path between points with different winding numbers must cross it.
 struct ClosedComponents {
   /// Only of closed components, without slivers, component by component: twice the index among the surface's
   /// triangles, plus 1 if the triangle is to be turned.

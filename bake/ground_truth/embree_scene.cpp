@@ -63,7 +63,9 @@ EmbreeScene::ScenePointer EmbreeScene::make_scene(EmbreeBuild build) {
   return scene;
 }
 
-void EmbreeScene::add_triangles(RTCScene scene, const EmbreeObject& object) {
+void EmbreeScene::add_triangles(RTCScene scene, const EmbreeObject& object, HoleTest test) {
+  HolesFilter* const filter = filters_.emplace_back(HolesFilter::make(object, test)).get();
+  if (filter) filter_bytes_ += int64_t(filter->bytes());
   const int64_t before = bytes_;
   RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
   auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
@@ -78,6 +80,7 @@ void EmbreeScene::add_triangles(RTCScene scene, const EmbreeObject& object) {
   std::memcpy(vertices, object.positions.data(), object.positions.size() * 12);
   std::memcpy(indices, object.triangles.data(), object.triangles.size() * 12);
   buffers_ += bytes_ - before;
+  if (filter) filter->attach(geometry);
   rtcCommitGeometry(geometry);
   rtcAttachGeometry(scene, geometry);
   rtcReleaseGeometry(geometry);
@@ -92,19 +95,18 @@ void EmbreeScene::commit_alone(RTCScene scene, const std::string& what) {
     throw Error(Status::out_of_memory, "Embree cannot build a BVH over " + what + ": " + error_);
 }
 
-EmbreeScene::EmbreeScene(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles,
-                         EmbreeBuild build) {
+EmbreeScene::EmbreeScene(const EmbreeObject& object, EmbreeBuild build, HoleTest test) {
   make_device();
   scene_ = make_scene(build);
-  add_triangles(scene_.get(), {positions, triangles});
+  add_triangles(scene_.get(), object, test);
 }
 
 EmbreeScene::EmbreeScene(std::span<const EmbreeObject> objects, std::span<const Placed> instances,
-                         EmbreeBuild build) {
+                         EmbreeBuild build, HoleTest test) {
   make_device();
   for (const EmbreeObject& object : objects) {
     objects_.push_back(make_scene(build));
-    add_triangles(objects_.back().get(), object);
+    add_triangles(objects_.back().get(), object, test);
   }
   scene_ = make_scene(build);
   for (const Placed& placed : instances) {

@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "bake/ground_truth/embree_object.hpp"
+#include "bake/ground_truth/holes_filter.hpp"
 #include "formats/mesh/mesh_scene.hpp"
 
 struct RTCDeviceTy;
@@ -33,21 +35,15 @@ struct Placed {
   mesh::Transform transform;
 };
 
-/// A mesh that scenes of instances place. Not owned.
-struct EmbreeObject {
-  std::span<const mesh::Float3> positions;
-  std::span<const mesh::Triangle> triangles;
-};
-
 /// Any number of threads may query it while none changes it.
 class EmbreeScene {
  public:
   /// Copies what it needs. Throws Error(out_of_memory) or Error(internal) with Embree's own message.
-  EmbreeScene(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles,
-              EmbreeBuild build);
+  EmbreeScene(const EmbreeObject& object, EmbreeBuild build, HoleTest test = HoleTest::fast);
   /// Instances: each object gets a scene, and one scene above them has all instances. `build` applies to all
   /// of these scenes.
-  EmbreeScene(std::span<const EmbreeObject> objects, std::span<const Placed> instances, EmbreeBuild build);
+  EmbreeScene(std::span<const EmbreeObject> objects, std::span<const Placed> instances, EmbreeBuild build,
+              HoleTest test = HoleTest::fast);
   EmbreeScene(const EmbreeScene&) = delete;
   EmbreeScene& operator=(const EmbreeScene&) = delete;
 
@@ -59,12 +55,12 @@ class EmbreeScene {
   void commit();
 
   /// Bytes that Embree holds for the scene, by its own memory monitor: the BVH, and copied vertices and
-  /// indices, separately.
+  /// indices, separately. The latter include what a filter holds of holes.
   struct Memory {
     int64_t bvh;
     int64_t buffers;
   };
-  Memory memory() const { return {bytes_ - buffers_, buffers_}; }
+  Memory memory() const { return {bytes_ - buffers_, buffers_ + filter_bytes_}; }
 
  private:
   struct Release {
@@ -76,12 +72,13 @@ class EmbreeScene {
   void make_device();
   ScenePointer make_scene(EmbreeBuild build);
   /// Adds a mesh to a scene and commits that.
-  void add_triangles(RTCSceneTy* scene, const EmbreeObject& object);
+  void add_triangles(RTCSceneTy* scene, const EmbreeObject& object, HoleTest test);
   void commit_alone(RTCSceneTy* scene, const std::string& what);
 
   std::atomic<int64_t> bytes_{0};
-  int64_t buffers_ = 0;
+  int64_t buffers_ = 0, filter_bytes_ = 0;
   std::string error_;
+  std::vector<std::unique_ptr<HolesFilter>> filters_;  ///< [object], null if it has no holes
   // Embree's handles come last, so that they are destroyed first: Embree still reports what it frees.
   std::unique_ptr<RTCDeviceTy, Release> device_;
   std::vector<ScenePointer> objects_;  ///< the objects of the instances

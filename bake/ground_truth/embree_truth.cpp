@@ -42,40 +42,40 @@ struct Question {
   }
 };
 
-double reach_of(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles) {
+double reach_of(const EmbreeObject& object) {
   double reach = 0;
-  for (const mesh::Triangle& triangle : triangles)
+  for (const mesh::Triangle& triangle : object.triangles)
     for (const uint32_t corner : triangle)
-      for (const float x : positions[corner]) reach = std::max(reach, std::abs(double(x)));
+      for (const float x : object.positions[corner]) reach = std::max(reach, std::abs(double(x)));
   return reach;
 }
 
 /// 0 if Embree computes accurately with the mesh as it is.
-int exponent_for(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles) {
+int exponent_for(const EmbreeObject& object) {
   constexpr double kSmall = 1e-6, kLarge = 1e9;
-  const double reach = reach_of(positions, triangles);
-  const float longest = mesh::bounds(positions, triangles).longest_side();
+  const double reach = reach_of(object);
+  const float longest = mesh::bounds(object.positions, object.triangles).longest_side();
   return (longest >= float(kSmall) && reach <= kLarge) || reach == 0 ? 0 : -std::ilogb(reach);
 }
 
-EmbreeScene scaled_scene(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles,
-                         int exponent) {
-  if (exponent == 0) return EmbreeScene(positions, triangles, EmbreeBuild::robust);
-  std::vector<mesh::Float3> scaled(positions.begin(), positions.end());
+EmbreeScene scaled_scene(EmbreeObject object, int exponent) {
+  if (exponent == 0) return EmbreeScene(object, EmbreeBuild::robust, HoleTest::exact);
+  std::vector<mesh::Float3> scaled(object.positions.begin(), object.positions.end());
   for (mesh::Float3& position : scaled)
     for (float& x : position) x = std::ldexp(x, exponent);
-  return EmbreeScene(scaled, triangles, EmbreeBuild::robust);
+  object.positions = scaled;
+  return EmbreeScene(object, EmbreeBuild::robust, HoleTest::exact);
 }
 
 }  // namespace
 
-EmbreeTruth::EmbreeTruth(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles)
-    : scene_(scaled_scene(positions, triangles, exponent_for(positions, triangles))),
-      reach_(reach_of(positions, triangles)),
-      exponent_(exponent_for(positions, triangles)) {}
+EmbreeTruth::EmbreeTruth(const EmbreeObject& object)
+    : scene_(scaled_scene(object, exponent_for(object))),
+      reach_(reach_of(object)),
+      exponent_(exponent_for(object)) {}
 
 EmbreeTruth::EmbreeTruth(std::span<const EmbreeObject> objects, std::span<const Placed> instances)
-    : scene_(objects, instances, EmbreeBuild::robust) {
+    : scene_(objects, instances, EmbreeBuild::robust, HoleTest::exact) {
   std::vector<mesh::Box> boxes;
   for (const EmbreeObject& object : objects)
     boxes.push_back(mesh::bounds(object.positions, object.triangles));
@@ -156,7 +156,7 @@ InsideTest::InsideTest(const mesh::CleanMesh& surface, const ClosedComponents& c
   if (closed.members.empty()) return;
   std::vector<mesh::Triangle> triangles(closed.members.size());
   for (size_t t = 0; t < triangles.size(); ++t) triangles[t] = closed.triangle(surface, t);
-  embree_ = std::make_unique<EmbreeTruth>(surface.positions, triangles);
+  embree_ = std::make_unique<EmbreeTruth>(EmbreeObject(surface.positions, triangles));
 }
 
 InsideTest::InsideTest(std::span<const EmbreeObject> objects, std::span<const Placed> instances) {

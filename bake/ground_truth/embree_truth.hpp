@@ -26,10 +26,10 @@ using kernels::Segment;
 class EmbreeTruth {
  public:
   /// As the constructors of EmbreeScene.
-  EmbreeTruth(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles);
+  explicit EmbreeTruth(const EmbreeObject& object);
   EmbreeTruth(std::span<const EmbreeObject> objects, std::span<const Placed> instances);
 
-  /// True if a triangle is met at tmin <= t <= tmax.
+  /// True if a triangle is met, and not in a hole, at tmin <= t <= tmax.
   bool occluded(const Segment& segment) const;
 
   /// True if the answer changes for a segment that is a millionth of the coordinates' size away: it passes so

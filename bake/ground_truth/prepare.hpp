@@ -47,7 +47,7 @@ PreparedScene prepare(const mesh::Scene& scene, bool strict = false);
 class GroundTruth {
  public:
   explicit GroundTruth(const Prepared& prepared)
-      : embree_(prepared.surface.positions, prepared.surface.triangles),
+      : embree_(prepared.surface),
         inside_(prepared.surface, prepared.closed),
         source_{embree_, inside_, prepared.box, prepared.bias,
                 has_free_volume(inside_, prepared.box, prepared.bias)} {}

@@ -16,7 +16,7 @@ InsideTest inside_test(std::span<const Prepared* const> objects, std::span<const
   for (const Prepared* object : objects) {
     std::vector<mesh::Triangle>& triangles = closed.emplace_back(object->closed.members.size());
     for (size_t t = 0; t < triangles.size(); ++t) triangles[t] = object->closed.triangle(object->surface, t);
-    parts.push_back({object->surface.positions, triangles});
+    parts.emplace_back(object->surface.positions, triangles);
   }
   return InsideTest(parts, instances);
 }
@@ -33,8 +33,7 @@ std::vector<float> biases_of(std::span<const Prepared* const> objects, std::span
 
 std::vector<EmbreeObject> embree_objects(std::span<const Prepared* const> objects) {
   std::vector<EmbreeObject> out;
-  for (const Prepared* object : objects)
-    out.push_back({object->surface.positions, object->surface.triangles});
+  for (const Prepared* object : objects) out.push_back(object->surface);
   return out;
 }
 

@@ -47,6 +47,7 @@ struct Face {
   Double3 corners[3];  ///< in finest cells
   mesh::Triangle vertices;
   bool sliver;
+  bool holes;
 };
 
 /// Does a part of the edge lie in a cube around the origin? Uses separating axes; if in doubt, yes. The
@@ -110,6 +111,7 @@ class CellFitter {
       Face& face = faces_.emplace_back();
       face.vertices = sliver ? mesh_.slivers[t - mesh_.triangles.size()] : mesh_.triangles[t];
       face.sliver = sliver;
+      face.holes = t < mesh_.holes.size() && mesh_.holes[t].any();
       for (size_t c = 0; c < 3; ++c) face.corners[c] = grid_.to_cells(mesh_.positions[face.vertices[c]]);
       lists_[0].push_back(uint32_t(lists_[0].size()));
     }
@@ -246,13 +248,14 @@ class CellFitter {
   }
 
   /// Finds sets of triangles that are connected over edges within the padded cell, and whether each uses
-  /// every such edge an even number of times. Takes only one of several triangles on the same three vertices.
+  /// every such edge an even number of times. Takes only one of several triangles on the same three vertices,
+  /// and none with holes, which paths may pass.
   void find_sets(std::span<const uint32_t> list, const Double3& middle, double half) {
     wall_faces_.assign(list.begin(), list.end());
-    find_doubles();
+    find_ignored();
     uses_.clear();
     for (uint32_t i = 0; i < wall_faces_.size(); ++i) {
-      if (is_double_[i]) continue;
+      if (ignored_[i]) continue;
       const Face& face = faces_[wall_faces_[i]];
       for (size_t c = 0; c < 3; ++c) {
         size_t from = c, to = c == 2 ? 0 : c + 1;
@@ -275,17 +278,20 @@ class CellFitter {
     for (const uint32_t i : odd_) qualified_[set_of_[i]] = 0;
   }
 
-  /// Marks all but the first of the triangles on the same three vertices.
-  void find_doubles() {
-    order_.resize(wall_faces_.size());
-    for (uint32_t i = 0; i < order_.size(); ++i) {
-      order_[i] = {faces_[wall_faces_[i]].vertices, i};
-      std::ranges::sort(order_[i].first);
+  /// Marks triangles with holes, and all but the first of others on the same three vertices.
+  void find_ignored() {
+    order_.clear();
+    ignored_.assign(wall_faces_.size(), 0);
+    for (uint32_t i = 0; i < wall_faces_.size(); ++i) {
+      const Face& face = faces_[wall_faces_[i]];
+      ignored_[i] = face.holes;
+      if (face.holes) continue;
+      order_.emplace_back(face.vertices, i);
+      std::ranges::sort(order_.back().first);
     }
     std::ranges::sort(order_);
-    is_double_.assign(wall_faces_.size(), 0);
     for (size_t i = 1; i < order_.size(); ++i)
-      if (order_[i].first == order_[i - 1].first) is_double_[order_[i].second] = 1;
+      if (order_[i].first == order_[i - 1].first) ignored_[order_[i].second] = 1;
   }
 
   /// Does the path certainly cross one of the sets an odd number of times? Sets `doubtful` if it may.
@@ -294,7 +300,7 @@ class CellFitter {
     in_doubt_.assign(qualified_.size(), 0);
     for (size_t i = 0; i < wall_faces_.size(); ++i) {
       const uint32_t set = set_of_[i];
-      if (is_double_[i] || !qualified_[set] || in_doubt_[set]) continue;
+      if (ignored_[i] || !qualified_[set] || in_doubt_[set]) continue;
       const Face& face = faces_[wall_faces_[i]];
       const Double3 moved[3] = {face.corners[0] - middle, face.corners[1] - middle, face.corners[2] - middle};
       switch (crossing(from, to, moved)) {
@@ -325,7 +331,7 @@ class CellFitter {
   std::vector<Use> uses_;
   std::vector<std::pair<mesh::Triangle, uint32_t>> order_;
   std::vector<uint8_t> qualified_, crossed_, in_doubt_;  // by set
-  std::vector<uint8_t> is_double_;                       // by wall face
+  std::vector<uint8_t> ignored_;                         // by wall face
 };
 
 /// A surface voxel, numbered as in the format.

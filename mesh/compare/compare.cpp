@@ -50,7 +50,7 @@ double squared_distance(const Double3& p, const Double3& a, const Double3& b, co
 class Nearest {
  public:
   explicit Nearest(const CleanMesh& mesh)
-      : mesh_(mesh), scene_(mesh.positions, mesh.triangles, bake::EmbreeBuild::robust) {}
+      : mesh_(mesh), scene_({mesh.positions, mesh.triangles}, bake::EmbreeBuild::robust) {}
 
   /// Distance of a point from the surface. Any number of threads may call it.
   double distance(const Double3& point) const {

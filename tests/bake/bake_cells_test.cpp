@@ -116,6 +116,25 @@ TEST(FitCells, FindsWallsInWholeSurfacesOnly) {
   EXPECT_EQ(OccupiedObject(crumbs, 40, {.levels = 2}).cells.walls, 0u);
 }
 
+TEST(FitCells, FindsNoWallsWhereTrianglesHaveHoles) {
+  OccupiedObject ball(icosphere(3), 20, {.levels = 2});
+  mesh::CleanMesh& mesh = ball.prepared.surface;
+  const bake::Grid& grid = ball.occupancy.grid;
+  const bake::SurfaceVoxels surface = bake::voxelize(grid, mesh);
+  mesh.holes.resize(mesh.triangles.size());
+  // With holes above a height.
+  const auto fit = [&](float height) {
+    for (size_t t = 0; t < mesh.triangles.size(); ++t)
+      mesh.holes[t].map = mesh.positions[mesh.triangles[t][0]][2] > height ? 0 : mesh::TriangleHoles::kNoMap;
+    return bake::fit_cells(grid, mesh, surface, 0.1, "ball", *ball.object.planes);
+  };
+  const bake::CellCounts solid = fit(2), half = fit(0), none = fit(-2);
+  EXPECT_GT(double(half.walls), 0.4 * double(solid.walls));
+  EXPECT_LT(double(half.walls), 0.6 * double(solid.walls));
+  EXPECT_GT(solid.walls, 0u);
+  EXPECT_EQ(none.walls, 0u);
+}
+
 TEST(FitCells, TreatsADoubleSheetAsOne) {
   mesh::Mesh mesh = open_bowl(12, 24);
   const OccupiedObject single(mesh, 40, {.levels = 2});

@@ -204,7 +204,7 @@ TEST(Accuracy, BoundsTheErrorAsClopperAndPearson) {
 TEST(EmbreeTruth, IsInDoubtWhereRoundingDecides) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   const mesh::Mesh box = cube();
-  const bake::EmbreeTruth embree(box.positions, box.triangles);
+  const bake::EmbreeTruth embree(box);
   const auto in_doubt = [&](float x, float y, float tmax) {
     return embree.in_doubt({{x, y, -5}, {0, 0, 1}, 0, tmax});
   };

@@ -67,7 +67,7 @@ TEST(SceneTruth, IsThatOfAllTriangles) {
 TEST(SceneTruth, HitsHaveNormalsOfTheWorldAndTheirInstance) {
   const SmallScene scene;
   const mesh::Mesh whole = scene.whole();
-  const bake::EmbreeTruth flat(whole.positions, whole.triangles);
+  const bake::EmbreeTruth flat(whole);
   const bake::RaySource& source = scene.truth.source();
   const bake::RaysWithTruth rays = bake::make_ray_set(source, bake::RaySet::outer_lines, 20'000, 5);
   size_t hits = 0, alike = 0;

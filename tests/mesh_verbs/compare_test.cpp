@@ -46,7 +46,7 @@ TEST(Compare, AHoleLetsRaysThrough) {
   const mesh::CleanMesh clean = mesh::clean(holed);
   const bake::Prepared prepared = bake::prepare(ball);
   const bake::GroundTruth truth(prepared);
-  const bake::EmbreeTruth embree(clean.positions, clean.triangles);
+  const bake::EmbreeTruth embree(clean);
   const auto found = compare::visibility(truth, embree, bake::RaySet::outer_lines, 100000, 1);
   EXPECT_EQ(found.closed, 0u);
   // A line through the removed twentieth of the sphere usually meets the rest on the other side.

@@ -60,7 +60,7 @@ TEST_F(Views, RaysMeetTheObjectInItsOwnSpace) {
   const bake::MeshRays rays = draw(scene_with({kMoved}), 0);
   ASSERT_GT(rays.segments.size(), 100u);
   ASSERT_EQ(rays.meshes.size(), rays.segments.size());
-  const bake::EmbreeTruth embree(meshes_.meshes[0].positions, meshes_.meshes[0].triangles);
+  const bake::EmbreeTruth embree(meshes_.meshes[0]);
   size_t on_sphere = 0, blocked = 0;
   for (const Segment& ray : rays.segments) {
     const Double3 origin = to_double({ray.origin[0], ray.origin[1], ray.origin[2]});
@@ -105,7 +105,7 @@ TEST_F(Views, RaysOfTheCamerasThemselves) {
   scene.cameras.push_back(scene.cameras[0]);
   scene.cameras[1].where = Orbit{.azimuth = 200, .elevation = 10, .fill = 0.9};
   const bake::MeshRays rays = draw(scene, 0, &ViewRays::draw_primary);
-  const bake::EmbreeTruth embree(meshes_.meshes[0].positions, meshes_.meshes[0].triangles);
+  const bake::EmbreeTruth embree(meshes_.meshes[0]);
   size_t hits = 0, cameras = 1;
   for (size_t i = 0; i < rays.segments.size(); ++i) {
     const Segment& ray = rays.segments[i];

@@ -205,8 +205,7 @@ struct EntrantAnswers {
 
 bake::EmbreeTruth truth_of(const RaceData& race, const RacedScene& scene) {
   if (race.instanced) return {bake::embree_objects(race.objects), scene.instances};
-  const mesh::CleanMesh& surface = race.objects[scene.instances.front().object]->surface;
-  return {surface.positions, surface.triangles};
+  return bake::EmbreeTruth(race.objects[scene.instances.front().object]->surface);
 }
 
 struct JudgedScene {

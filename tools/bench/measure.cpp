@@ -109,8 +109,7 @@ BenchResult measure(const BenchOptions& options, Progress& progress) {
     {
       const bake::GroundTruth truth(prepared);
       std::optional<bake::EmbreeScene> behind;
-      if (options.fallback)
-        behind.emplace(prepared.surface.positions, prepared.surface.triangles, bake::EmbreeBuild::standard);
+      if (options.fallback) behind.emplace(prepared.surface, bake::EmbreeBuild::standard);
       const uint64_t rays = rays_of_each(options.rays, subjects.size());
       for (bake::RaySet set : options.sets) {
         go_on(0, fmt::format("drawing {} of {}", bake::name_of(set), asset.name(i)));
@@ -127,8 +126,7 @@ BenchResult measure(const BenchOptions& options, Progress& progress) {
     }
     for (size_t b = 0; b < kEmbreeBuilds.size(); ++b) {
       go_on(0, fmt::format("building Embree's {} BVH of {}", name_of(kEmbreeBuilds[b]), asset.name(i)));
-      subjects[i].embree[b] = std::make_unique<bake::EmbreeScene>(
-          prepared.surface.positions, prepared.surface.triangles, kEmbreeBuilds[b]);
+      subjects[i].embree[b] = std::make_unique<bake::EmbreeScene>(prepared.surface, kEmbreeBuilds[b]);
       result.embree_bytes[b] += uint64_t(subjects[i].embree[b]->memory().bvh);
     }
   }

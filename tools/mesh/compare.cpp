@@ -99,7 +99,7 @@ Comparison measure(const Arguments& a, Progress& progress) {
   if (sets.empty()) sets.assign(bake::kRaySets.begin(), bake::kRaySets.end());
   if (a.rays == 0) return results;
   const bake::GroundTruth truth(first.prepared());
-  const bake::EmbreeTruth embree(to.positions, to.triangles);
+  const bake::EmbreeTruth embree(to);
   for (const bake::RaySet set : sets) {
     progress.update(0.6 + 0.4 * double(results.sets.size()) / double(sets.size()), "tracing rays");
     results.sets.push_back(compare::visibility(truth, embree, set, a.rays, a.seed));

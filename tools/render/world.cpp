@@ -143,12 +143,14 @@ void World::add_mesh(const mesh::Mesh& mesh, std::span<const Transform> places,
     std::vector<mesh::Float3> positions(mesh.positions.size());
     std::transform(mesh.positions.begin(), mesh.positions.end(), positions.begin(),
                    [&](const mesh::Float3& p) { return mesh::transformed(places[0], p); });
-    add_triangles(positions, mesh.triangles, answered);
+    bake::EmbreeObject placed(mesh);
+    placed.positions = positions;
+    add_triangles(placed, answered);
     return;
   }
   EmbreePointer child(rtcNewScene(device_.get()));
   rtcSetSceneFlags(child.get(), RTC_SCENE_FLAG_ROBUST);
-  RTCGeometry geometry = make_geometry(mesh.positions, mesh.triangles);
+  RTCGeometry geometry = make_geometry(mesh);
   rtcAttachGeometry(child.get(), geometry);
   rtcReleaseGeometry(geometry);
   tbb::task_arena(1).execute([&] { rtcCommitScene(child.get()); });
@@ -161,8 +163,11 @@ void World::add_mesh(const mesh::Mesh& mesh, std::span<const Transform> places,
   children_.push_back(std::move(child));
 }
 
-RTCGeometryTy* World::make_geometry(std::span<const mesh::Float3> positions,
-                                    std::span<const mesh::Triangle> triangles) {
+RTCGeometryTy* World::make_geometry(const bake::EmbreeObject& object) {
+  const auto& positions = object.positions;
+  const auto& triangles = object.triangles;
+  bake::HolesFilter* const filter =
+      filters_.emplace_back(bake::HolesFilter::make(object, bake::HoleTest::exact)).get();
   RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
   void* vertices =
       rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, positions.size());
@@ -175,13 +180,13 @@ RTCGeometryTy* World::make_geometry(std::span<const mesh::Float3> positions,
   }
   std::memcpy(vertices, positions.data(), positions.size_bytes());
   std::memcpy(indices, triangles.data(), triangles.size_bytes());
+  if (filter) filter->attach(geometry);
   rtcCommitGeometry(geometry);
   return geometry;
 }
 
-void World::add_triangles(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles,
-                          Answered answered) {
-  attach(make_geometry(positions, triangles), answered);
+void World::add_triangles(const bake::EmbreeObject& object, Answered answered) {
+  attach(make_geometry(object), answered);
 }
 
 void World::attach(RTCGeometryTy* geometry, Answered answered) {
@@ -208,7 +213,7 @@ void World::add_ground(const SceneDescription& scene) {
   const mesh::Triangle triangles[] = {{0, 1, 2}, {0, 2, 3}};
   parts_.push_back(
       {{scene.ground->albedo, double(bake::kBiasFraction) * box_.longest_side()}, mesh::kIdentity});
-  add_triangles(corners, triangles, {});
+  add_triangles({corners, triangles}, {});
 }
 
 std::shared_ptr<const mesh::Scene> World::add_asset(const ObjectDescription& object,

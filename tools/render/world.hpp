@@ -87,10 +87,8 @@ class World {
 
   void add_mesh(const mesh::Mesh& mesh, std::span<const mesh::Transform> places,
                 const ObjectDescription& object);
-  void add_triangles(std::span<const mesh::Float3> positions, std::span<const mesh::Triangle> triangles,
-                     Answered answered);
-  RTCGeometryTy* make_geometry(std::span<const mesh::Float3> positions,
-                               std::span<const mesh::Triangle> triangles);
+  void add_triangles(const bake::EmbreeObject& object, Answered answered);
+  RTCGeometryTy* make_geometry(const bake::EmbreeObject& object);
   /// Takes ownership of the geometry.
   void attach(RTCGeometryTy* geometry, Answered answered);
   std::optional<SurfacePoint> trace(RTCSceneTy* scene, const Double3& origin, const Double3& direction) const;
@@ -101,6 +99,8 @@ class World {
 
   std::atomic<int64_t> embree_bytes_{0};  // before device_, whose destructor reports the memory that it frees
   std::string error_;
+  std::vector<std::unique_ptr<bake::HolesFilter>> filters_;  // before device_, whose geometries use them;
+                                                             // null for those without holes
   std::unique_ptr<RTCDeviceTy, Release> device_;
   std::vector<EmbreePointer> children_;  // scenes that instances refer to
   EmbreePointer everything_, beside_assets_;

@@ -79,7 +79,7 @@ class AssetRival : public Rival {
 class ProofsThenEmbree : public Rival {
  public:
   ProofsThenEmbree(const std::vector<std::byte>& file, const mesh::CleanMesh& mesh)
-      : asset_(file), embree_(mesh.positions, mesh.triangles, bake::EmbreeBuild::standard) {}
+      : asset_(file), embree_(mesh, bake::EmbreeBuild::standard) {}
 
   uint64_t resident_bytes() const override {
     const bake::EmbreeScene::Memory memory = embree_.memory();

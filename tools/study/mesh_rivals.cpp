@@ -23,8 +23,7 @@ using kernels::Segment;
 
 class EmbreeRival : public Rival {
  public:
-  EmbreeRival(const mesh::CleanMesh& mesh, EmbreeBuild build)
-      : scene_(mesh.positions, mesh.triangles, build) {}
+  EmbreeRival(const mesh::CleanMesh& mesh, EmbreeBuild build) : scene_(mesh, build) {}
 
   uint64_t resident_bytes() const override {
     const bake::EmbreeScene::Memory memory = scene_.memory();
