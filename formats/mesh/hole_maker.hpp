@@ -36,8 +36,9 @@ class HoleMaker {
   /// Small maps count as this many, because of what is kept beside them.
   static constexpr uint64_t kLeastTexels = 4096;
 
-  /// `resolution`: AlphaOptions::resolution.
-  explicit HoleMaker(uint32_t resolution) : resolution_(resolution) {}
+  /// `resolution`: AlphaOptions::resolution. `texels`: for tests, fewer than kMostTexels.
+  explicit HoleMaker(uint32_t resolution, uint64_t texels = kMostTexels)
+      : resolution_(resolution), texels_(texels) {}
 
   /// For a triangle whose corners are at these places of a picture, which lives as long as this. Texels of at least
   /// `least` block.
@@ -56,7 +57,7 @@ class HoleMaker {
   size_t values_below(const AlphaPicture& picture, uint32_t least);
 
   const uint32_t resolution_;
-  uint64_t texels_ = kMostTexels;                                ///< that maps may still have
+  uint64_t texels_;                                              ///< that maps may still have
   std::map<const AlphaPicture*, std::vector<uint16_t>> values_;  ///< that texels have, ascending
   std::map<std::tuple<const AlphaPicture*, size_t, std::array<Wrap, 2>>, Map> maps_;
   Map ramp_;  ///< for of_corners()

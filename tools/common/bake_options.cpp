@@ -317,8 +317,8 @@ void add_bake_options(Command command, BakeArguments& arguments) {
   command
       .add_option(
           "--alpha-resolution", arguments.alpha_resolution,
-          "Halve pictures of holes that have more texels than this along a side, until they have not: "
-          "assets are smaller, and outlines of holes coarser. By default, as they are")
+          "Most texels along a side of the pictures of holes, e.g. 1024: larger ones are halved until "
+          "they fit, so outlines of holes are coarser. By default, pictures are as they are")
       .range(1u, mesh::AlphaMap::kMostSide);
   command
       .add_option(
