@@ -41,11 +41,14 @@ ordered_json alpha_metadata(const mesh::Scene& scene) {
     described["solid"] = material.solid;
     described["cut"] = material.cut;
     described["clear"] = material.clear;
+    if (material.filled != 0) described["filled"] = material.filled;
   }
-  return {{"cutoff", scene.alpha.cutoff},
-          {"blend", name_of(scene.alpha.blend)},
-          {"glass", scene.alpha.opaque_glass ? "opaque" : "ignore"},
-          {"materials", std::move(materials)}};
+  ordered_json alpha{{"cutoff", scene.alpha.cutoff},
+                     {"blend", name_of(scene.alpha.blend)},
+                     {"glass", scene.alpha.opaque_glass ? "opaque" : "ignore"}};
+  if (scene.alpha.resolution != 0) alpha["resolution"] = scene.alpha.resolution;
+  alpha["materials"] = std::move(materials);
+  return alpha;
 }
 
 mesh::AlphaOptions alpha_options_of(std::string_view metadata) {
@@ -70,6 +73,12 @@ mesh::AlphaOptions alpha_options_of(std::string_view metadata) {
   options.opaque_glass = glass == "opaque";
   if (!alpha.contains("cutoff") || !alpha.at("cutoff").is_number()) refuse("cutoff");
   options.cutoff = alpha.at("cutoff").get<double>();
+  if (alpha.contains("resolution")) {
+    const nlohmann::json& resolution = alpha.at("resolution");
+    if (!resolution.is_number_unsigned() || resolution == 0 || resolution > mesh::AlphaMap::kMostSide)
+      refuse("resolution");
+    options.resolution = resolution.get<uint32_t>();
+  }
   return options;
 }
 

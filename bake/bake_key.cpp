@@ -2,6 +2,7 @@
 // compares these texts, so they must name every option that can change the bytes of an asset.
 #include <fmt/format.h>
 
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "bake/checkpoint.hpp"
@@ -23,9 +24,15 @@ std::string shown(const std::optional<T>& value) {
 uint32_t checksum_of(const mesh::Scene& scene) {
   uint32_t sum = 0;
   const auto add = [&](const auto& values) { sum = format::crc32c(std::as_bytes(std::span(values)), sum); };
+  std::map<const mesh::AlphaMap*, size_t> maps;  // meshes share them
   for (const mesh::Mesh& mesh : scene.meshes) {
     const std::array counts{mesh.positions.size(), mesh.triangles.size()};
-    add(counts), add(mesh.positions), add(mesh.triangles), add(mesh.alpha);
+    add(counts), add(mesh.positions), add(mesh.triangles), add(mesh.alpha), add(mesh.holes);
+    for (const auto& map : mesh.alpha_maps) {
+      const auto [known, fresh] = maps.try_emplace(map.get(), maps.size());
+      add(std::array{known->second});
+      if (fresh) add(std::array{map->width, map->height}), add(map->wrap), add(map->tiles);
+    }
   }
   for (const mesh::Instance& instance : scene.instances)
     add(std::array{instance.mesh}), add(instance.transform), add(instance.remainder);

@@ -32,10 +32,19 @@ uint64_t hash_of(const Mesh& mesh, bool looks) {
   uint64_t hash = hash_of<3>(mesh.positions, 0);
   hash = XXH3_64bits_withSeed(mesh.triangles.data(), mesh.triangles.size() * sizeof(Triangle), hash);
   hash = XXH3_64bits_withSeed(mesh.alpha.data(), mesh.alpha.size() * sizeof(TriangleAlpha), hash);
+  hash = XXH3_64bits_withSeed(mesh.holes.data(), mesh.holes.size() * sizeof(TriangleHoles), hash);
   if (!looks) return hash;
   const Appearance& look = mesh.look;
   hash = hash_of<2>(look.coordinates, hash_of<3>(look.colors, hash));
   return XXH3_64bits_withSeed(look.materials.data(), look.materials.size() * sizeof(look.materials[0]), hash);
+}
+
+/// Maps that meshes share are not looked into.
+bool holes_alike(const Mesh& a, const Mesh& b) {
+  return a.holes == b.holes &&
+         std::ranges::equal(a.alpha_maps, b.alpha_maps, [](const auto& one, const auto& other) {
+           return one == other || *one == *other;
+         });
 }
 
 }  // namespace
@@ -50,7 +59,8 @@ std::vector<uint32_t> first_alike(std::span<const Mesh> meshes, bool looks) {
         alike[{mesh.positions.size(), mesh.triangles.size(), hash_of(mesh, looks)}];
     const auto found = std::ranges::find_if(candidates, [&](uint32_t other) {
       return mesh.positions == meshes[other].positions && mesh.triangles == meshes[other].triangles &&
-             mesh.alpha == meshes[other].alpha && (!looks || mesh.look == meshes[other].look);
+             mesh.alpha == meshes[other].alpha && holes_alike(mesh, meshes[other]) &&
+             (!looks || mesh.look == meshes[other].look);
     });
     firsts.push_back(found == candidates.end() ? m : *found);
     if (found == candidates.end()) candidates.push_back(m);

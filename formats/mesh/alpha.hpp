@@ -62,6 +62,9 @@ struct AlphaOptions {
   double cutoff = 0.5;  ///< of materials that blend; others have their own
   Blend blend = Blend::cutoff;
   bool opaque_glass = false;  ///< otherwise materials that transmit light block nothing
+  /// The most texels along a side of a map, to which larger ones are halved: a texel blocks if at least half of those
+  /// that it stands for do. 0: as the pictures are. Whether a triangle is cut is decided by the whole picture.
+  uint32_t resolution = 0;
 
   bool operator==(const AlphaOptions&) const = default;
 };
@@ -74,7 +77,9 @@ struct MaterialAlpha {
   std::string name;  ///< UTF-8; "material 3" if it has none
   Rule rule = Rule::mask;
   double cutoff = 0;  ///< alpha below it lets light through; 0 also if no alpha was compared
-  uint64_t solid = 0, cut = 0, clear = 0;  ///< triangles, of all meshes of the file
+  /// Triangles, of all meshes of the file; `cut` are those with holes.
+  uint64_t solid = 0, cut = 0, clear = 0;
+  uint64_t filled = 0;  ///< that are cut, too, but without holes: they block as if solid
 };
 
 }  // namespace nif::mesh

@@ -21,6 +21,8 @@ class AlphaPicture {
 
   uint32_t width() const { return levels_[0].width; }
   uint32_t height() const { return levels_[0].height; }
+  /// Of a texel, counted from the upper left corner; 65535: opaque.
+  uint16_t alpha(uint32_t x, uint32_t y) const { return levels_[0].ranges[size_t{y} * width() + x].least; }
 
   /// What a triangle is whose corners are at these places, if texels of at least `least` block (65536: none does).
   /// A texel counts if the triangle comes within a 64th of a texel of its square; without area, if their boxes do.

@@ -2,6 +2,7 @@
 // triangles take a few dozen megabytes and about a second.
 #include "formats/mesh/clean.hpp"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <limits>
@@ -79,10 +80,71 @@ std::vector<uint32_t> weld(const Mesh& mesh, bool equal_ones, CleanMesh& out) {
   return welded;
 }
 
-/// The same triangle with its smallest index first.
-Triangle rotated(const Triangle& t) {
-  if (t[0] < t[1] && t[0] < t[2]) return t;
-  return t[1] < t[2] ? Triangle{t[1], t[2], t[0]} : Triangle{t[2], t[0], t[1]};
+/// The corner with the smallest index.
+size_t first_corner(const Triangle& t) {
+  if (t[0] < t[1] && t[0] < t[2]) return 0;
+  return t[1] < t[2] ? 1 : 2;
+}
+
+/// The same corners, beginning with another one.
+template <class Corner>
+std::array<Corner, 3> from_corner(const std::array<Corner, 3>& corners, size_t first) {
+  return {corners[first], corners[(first + 1) % 3], corners[(first + 2) % 3]};
+}
+
+/// Equal for triangles that cover each other: the corners from the one with the smallest index on, and the holes
+/// likewise.
+struct Key {
+  Triangle corners;
+  TriangleHoles holes;
+
+  explicit Key(const Triangle& t, const TriangleHoles& own = {})
+      : corners(from_corner(t, first_corner(t))), holes(own) {
+    holes.places = from_corner(own.places, first_corner(t));
+  }
+  bool operator==(const Key&) const = default;
+
+  /// Many triangles may have the same corners and different holes.
+  uint64_t hash() const {
+    uint64_t h = mix(corners[0], corners[1], corners[2]);
+    if (!holes.any()) return h;
+    h ^= mix(holes.map, holes.shift, 0);
+    for (const auto& [x, y] : holes.places)
+      h = mix(uint32_t(h >> 32), uint32_t(x), uint32_t(y)) ^ uint32_t(h);
+    return h;
+  }
+};
+
+Triangle welded_triangle(const Mesh& mesh, size_t number, const std::vector<uint32_t>& welded) {
+  const Triangle& t = mesh.triangles[number];
+  return {welded[t[0]], welded[t[1]], welded[t[2]]};
+}
+
+/// The corners of all triangles without holes, sorted, if others have some: those are covered if they are among these.
+std::vector<Triangle> whole_triangles(const Mesh& mesh, const std::vector<uint32_t>& welded) {
+  std::vector<Triangle> whole;
+  for (size_t number = 0; number < mesh.holes.size(); ++number)
+    if (!mesh.holes[number].any() && !is_clear(mesh, number))
+      whole.push_back(Key(welded_triangle(mesh, number, welded)).corners);
+  std::ranges::sort(whole);
+  return whole;
+}
+
+/// Drops them from a list in which they have the same order.
+void drop_slivers(const std::vector<Triangle>& slivers, std::vector<Triangle>& triangles,
+                  std::vector<TriangleHoles>& holes) {
+  if (slivers.empty()) return;
+  size_t sliver = 0, kept = 0;
+  for (size_t i = 0; i < triangles.size(); ++i) {
+    if (sliver < slivers.size() && triangles[i] == slivers[sliver]) {
+      ++sliver;
+      continue;
+    }
+    if (!holes.empty()) holes[kept] = holes[i];
+    triangles[kept++] = triangles[i];
+  }
+  triangles.resize(kept);
+  if (!holes.empty()) holes.resize(kept);
 }
 
 }  // namespace
@@ -94,6 +156,9 @@ CleanMesh clean_or_nothing(const Mesh& mesh, bool equal_ones_welded) {
   // Slivers are separated from triangles afterwards: until then, both are in one list, in the same order.
   std::vector<Triangle> distinct;
   distinct.reserve(mesh.triangles.size());
+  const std::vector<Triangle> whole = whole_triangles(mesh, welded);
+  std::vector<TriangleHoles> holes;  // of the same list, if any has some
+  const auto holes_of = [&](uint32_t place) { return holes.empty() ? TriangleHoles() : holes[place]; };
   IndexSet seen(mesh.triangles.size());
   for (uint32_t number = 0; number < mesh.triangles.size(); ++number) {
     if (is_clear(mesh, number)) {
@@ -101,22 +166,26 @@ CleanMesh clean_or_nothing(const Mesh& mesh, bool equal_ones_welded) {
       out.dropped.push_back(number);
       continue;
     }
-    const Triangle& source = mesh.triangles[number];
-    const Triangle t{welded[source[0]], welded[source[1]], welded[source[2]]};
-    if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) {
+    const Triangle t = welded_triangle(mesh, number, welded);
+    const bool line = t[0] == t[1] || t[1] == t[2] || t[2] == t[0],
+               sliver = !line && collinear(out.positions[t[0]], out.positions[t[1]], out.positions[t[2]]);
+    TriangleHoles own = mesh.holes.empty() ? TriangleHoles() : mesh.holes[number];
+    // A sliver with holes closes no gap of its neighbours.
+    if (line || (sliver && own.any())) {
       ++out.report.degenerate;
       out.dropped.push_back(number);
       continue;
     }
-    const bool sliver = collinear(out.positions[t[0]], out.positions[t[1]], out.positions[t[2]]);
-    const Triangle key = rotated(t);
+    if (own.any() && std::ranges::binary_search(whole, Key(t).corners)) own = {};
+    const Key key(t, own);
     const uint32_t next = static_cast<uint32_t>(distinct.size());
-    const uint32_t first = seen.insert(mix(key[0], key[1], key[2]), next,
-                                       [&](uint32_t other) { return rotated(distinct[other]) == key; });
+    const uint32_t first = seen.insert(
+        key.hash(), next, [&](uint32_t other) { return Key(distinct[other], holes_of(other)) == key; });
     out.report.degenerate += sliver;
     if (sliver || first != next) out.dropped.push_back(number);
     if (first == next) {
       distinct.push_back(t);
+      if (!mesh.holes.empty()) holes.push_back(own);
       if (!sliver) continue;
       out.slivers.push_back(t);
       out.sliver_numbers.push_back(number);
@@ -124,15 +193,12 @@ CleanMesh clean_or_nothing(const Mesh& mesh, bool equal_ones_welded) {
       ++out.report.duplicate;
     }
   }
-  if (!out.slivers.empty()) {
-    size_t sliver = 0;
-    std::erase_if(distinct, [&](const Triangle& t) {
-      const bool found = sliver < out.slivers.size() && t == out.slivers[sliver];
-      sliver += found;
-      return found;
-    });
-  }
+  drop_slivers(out.slivers, distinct, holes);
   out.triangles = std::move(distinct);
+  if (std::ranges::any_of(holes, &TriangleHoles::any)) {
+    out.holes = std::move(holes);
+    out.alpha_maps = mesh.alpha_maps;
+  }
   return out;
 }
 

@@ -13,7 +13,7 @@ namespace nif::mesh {
 struct CleanReport {
   uint64_t degenerate = 0;  ///< triangles without area, including slivers
   uint64_t clear = 0;       ///< triangles that block nothing: TriangleAlpha::clear
-  /// Triangles that another one with the same corners and facing already covers.
+  /// Triangles that another one with the same corners and facing already covers: one without holes, or with the same.
   uint64_t duplicate = 0;
   uint64_t welded_positions = 0;  ///< used positions that were equal to an earlier one
 };

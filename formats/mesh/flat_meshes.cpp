@@ -113,7 +113,8 @@ std::optional<uint32_t> FlatMeshes::make(uint32_t index, const Affine& linear) {
                      moved(linear, mesh.positions[t[2]]), least);
   });
   if (!any) return std::nullopt;
-  require_memory(mesh.positions.size() * sizeof(Float3) + mesh.triangles.size() * sizeof(Triangle),
+  require_memory(mesh.positions.size() * sizeof(Float3) + mesh.triangles.size() * sizeof(Triangle) +
+                     mesh.holes.size() * sizeof(TriangleHoles),
                  input_.file.string() + ": a mesh that its node flattens");
   Mesh flat = mesh;
   for (Float3& p : flat.positions) {

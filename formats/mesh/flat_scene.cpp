@@ -9,6 +9,7 @@
 #include "formats/base/memory.hpp"
 #include "formats/base/status.hpp"
 #include "formats/mesh/far_from_origin.hpp"
+#include "formats/mesh/hole_collector.hpp"
 #include "formats/mesh/transform.hpp"
 
 namespace nif::mesh {
@@ -140,15 +141,30 @@ std::vector<TriangleAlpha> FlatScene::alpha() const {
   return all;
 }
 
+void FlatScene::give_holes(Mesh& flat) const {
+  detail::HoleCollector holes;
+  for (size_t i = 0; i < instances_.size(); ++i) {
+    const Mesh& mesh = meshes_[instances_[i].mesh];
+    holes.add_all(first_triangle_[i], mesh.alpha_maps, mesh.holes, mirrored_[i]);
+  }
+  holes.finish(flat);
+}
+
+bool FlatScene::has_holes() const {
+  return std::ranges::any_of(instances_, [&](const Instance& i) { return !meshes_[i.mesh].holes.empty(); });
+}
+
 Mesh flatten(const FlatScene& flat, const std::string& name) {
   // A file may place one mesh a million times.
-  require_memory(flat.vertex_count() * sizeof(Float3) + flat.triangle_count() * sizeof(Triangle),
+  const size_t of_triangle = sizeof(Triangle) + (flat.has_holes() ? sizeof(TriangleHoles) : 0);
+  require_memory(flat.vertex_count() * sizeof(Float3) + flat.triangle_count() * of_triangle,
                  "all instances as one mesh");
   Mesh mesh{name, std::vector<Float3>(flat.vertex_count()), std::vector<Triangle>(flat.triangle_count())};
   flat.vertices(0, mesh.positions);
   flat.triangles(0, mesh.triangles);
   mesh.look = flat.look();
   mesh.alpha = flat.alpha();
+  flat.give_holes(mesh);
   return mesh;
 }
 

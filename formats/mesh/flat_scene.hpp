@@ -35,6 +35,9 @@ class FlatScene : public MeshSource {
   /// The colours of its meshes, as far as they are known, with white for all others.
   Appearance look() const;
   std::vector<TriangleAlpha> alpha() const;
+  bool has_holes() const;
+  /// Gives a mesh with its triangles their holes.
+  void give_holes(Mesh& flat) const;
 
   size_t instance_count() const { return mirrored_.size(); }
   /// Number of the first vertex or triangle of an instance; for [instances]: the end.

@@ -1,12 +1,16 @@
 // Applies the alpha of a material to its triangles, and describes what became of them. Internal to formats/mesh.
 #pragma once
 
+#include <array>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 
 #include "formats/mesh/alpha_picture.hpp"
+#include "formats/mesh/hole_collector.hpp"
+#include "formats/mesh/hole_maker.hpp"
 #include "formats/mesh/input.hpp"
 
 namespace nif::mesh::detail {
@@ -19,14 +23,20 @@ struct AlphaTest {
   const AlphaPicture* picture = nullptr;  ///< null: all texels are opaque
   std::array<Wrap, 2> wrap{};
 
-  /// What a triangle is whose corners are at these places of the picture. The alpha of its vertices lies between two
-  /// bounds; if they decide differently, it is cut.
-  /// `steps`: as AlphaPicture::show().
-  TriangleAlpha show(const std::array<TexelPoint, 3>& corners, uint64_t& steps, float least_alpha = 1,
-                     float most_alpha = 1) const;
+  /// Of a triangle.
+  struct Corners {
+    std::array<TexelPoint, 3> places{};    ///< in the picture
+    std::array<float, 3> alphas{1, 1, 1};  ///< of the vertices
+  };
+
+  /// What the triangle is. With a picture, the mean alpha of its vertices counts everywhere, because a map has one
+  /// cutoff; without one, it is linear between them. `steps`: as AlphaPicture::show().
+  TriangleAlpha show(const Corners& corners, uint64_t& steps) const;
+  /// For one that is cut.
+  NewHoles holes(const Corners& corners, HoleMaker& maker) const;
 
  private:
-  TriangleAlpha show_at(const std::array<TexelPoint, 3>& corners, double alpha, uint64_t& steps) const;
+  uint32_t least_texel_for(const Corners& corners) const;
 };
 
 /// A picture that was read for its alpha.
@@ -45,7 +55,12 @@ class AlphaReport {
  public:
   /// The entry of a material, which is new the first time.
   MaterialAlpha& of(size_t material) { return materials_[material]; }
+  /// Counts a triangle that is solid or clear.
   void count(size_t material, TriangleAlpha alpha);
+  /// Counts one that is cut, but has no holes.
+  void count_filled(size_t material, Filled why);
+  /// Counts one that is cut, and collects its holes.
+  void keep(size_t material, const NewHoles& made, size_t triangle, HoleCollector& holes);
   /// Its picture counts as opaque. `why` goes on from the name: "cannot be decoded".
   void cannot_read(size_t material, const std::string& why) { unread_.try_emplace(material, why); }
 
@@ -54,6 +69,7 @@ class AlphaReport {
 
  private:
   std::map<size_t, MaterialAlpha> materials_;
+  std::set<Filled> filled_;  ///< why triangles are
   std::map<size_t, std::string> unread_;
 };
 

@@ -33,7 +33,8 @@ std::optional<size_t> values_of(std::string_view option) {
 
 }  // namespace
 
-ObjMaterials::ObjMaterials(const Input& input) : input_(input), bytes_(input.limits.max_decompressed_bytes) {
+ObjMaterials::ObjMaterials(const Input& input)
+    : input_(input), bytes_(input.limits.max_decompressed_bytes), holes_(input.limits.alpha.resolution) {
   if (!input.limits.alpha.read) return;
   constexpr std::string_view kKeyword = "mtllib";
   for (size_t at = input.bytes.find(kKeyword); at != input.bytes.npos;
@@ -189,49 +190,69 @@ AlphaTest ObjMaterials::test_of(size_t number) {
   return test;
 }
 
-std::vector<TriangleAlpha> ObjMaterials::decide(std::span<const Triangle> triangles) {
+ObjMaterials::Placed ObjMaterials::place(const Face& face, const Triangle& triangle,
+                                         const AlphaPicture& picture) const {
+  const Material& material = materials_[face.material];
+  const std::span<const ObjCorner> corners =
+      std::span(corners_).subspan(face.first_corner, face.end_corner - face.first_corner);
+  Placed placed;
+  for (size_t k = 0; k < 3; ++k) {
+    const auto corner = std::ranges::lower_bound(corners, triangle[k], {}, &ObjCorner::vertex);
+    if (corner == corners.end() || corner->coordinates >= places_.size()) {
+      placed.everywhere = false;
+      break;
+    }
+    // A polygon may use a vertex twice, with different places.
+    placed.ambiguous |= corner + 1 != corners.end() && corner[1].vertex == corner->vertex &&
+                        std::ranges::any_of(corner + 1, corners.end(), [&](const ObjCorner& other) {
+                          return other.vertex == corner->vertex && other.coordinates != corner->coordinates;
+                        });
+    const std::array<float, 2>& place = places_[corner->coordinates];
+    // From the lower left corner of the picture.
+    const double u = place[0] * material.scale[0] + material.offset[0],
+                 v = 1 - (place[1] * material.scale[1] + material.offset[1]);
+    placed.corners.places[k] = {std::isfinite(u) ? u * picture.width() : 0,
+                                std::isfinite(v) ? v * picture.height() : 0};
+  }
+  return placed;
+}
+
+TriangleAlpha ObjMaterials::decide_one(const Face& face, const AlphaTest& test, const Triangle& triangle,
+                                       size_t number, HoleCollector& holes) {
+  const AlphaOptions::Blend blend = input_.limits.alpha.blend;
+  AlphaTest own = test;
+  Placed placed;
+  if (own.picture) placed = place(face, triangle, *own.picture);
+  if (!placed.everywhere) own.picture = nullptr;
+  if (own.picture && placed.ambiguous) {
+    report_.count_filled(face.material, Filled::ambiguous);
+    return TriangleAlpha::cut;
+  }
+  const TriangleAlpha shown = blend == AlphaOptions::Blend::opaque   ? TriangleAlpha::solid
+                              : blend == AlphaOptions::Blend::ignore ? TriangleAlpha::clear
+                                                                     : own.show(placed.corners, steps_);
+  if (shown == TriangleAlpha::cut)
+    report_.keep(face.material, own.holes(placed.corners, holes_), number, holes);
+  else
+    report_.count(face.material, shown);
+  return shown;
+}
+
+std::vector<TriangleAlpha> ObjMaterials::decide(std::span<const Triangle> triangles, HoleCollector& holes) {
   std::vector<TriangleAlpha> alpha;
   std::vector<std::optional<AlphaTest>> tests(materials_.size());
   const AlphaOptions& options = input_.limits.alpha;
   for (const Face& face : faces_) {
-    const Material& material = materials_[face.material];
     std::optional<AlphaTest>& test = tests[face.material];
     if (!test) {
       test = test_of(face.material);
       MaterialAlpha& described = report_.of(face.material);
-      described.name = material.name;
+      described.name = materials_[face.material].name;
       described.rule = MaterialAlpha::Rule::blend;
       if (options.blend == AlphaOptions::Blend::cutoff) described.cutoff = options.cutoff;
     }
-    const std::span<const ObjCorner> corners =
-        std::span(corners_).subspan(face.first_corner, face.end_corner - face.first_corner);
     for (uint64_t t = face.first_triangle; t < face.end_triangle; ++t) {
-      std::array<TexelPoint, 3> at{};
-      AlphaTest own = *test;
-      bool ambiguous = false;
-      for (size_t k = 0; own.picture && k < 3; ++k) {
-        const auto corner = std::ranges::lower_bound(corners, triangles[t][k], {}, &ObjCorner::vertex);
-        if (corner == corners.end() || corner->coordinates >= places_.size()) {
-          own.picture = nullptr;
-          break;
-        }
-        // A polygon may use a vertex twice, with different places.
-        ambiguous |= corner + 1 != corners.end() && corner[1].vertex == corner->vertex &&
-                     std::ranges::any_of(corner + 1, corners.end(), [&](const ObjCorner& other) {
-                       return other.vertex == corner->vertex && other.coordinates != corner->coordinates;
-                     });
-        const std::array<float, 2>& place = places_[corner->coordinates];
-        // From the lower left corner of the picture.
-        const double u = place[0] * material.scale[0] + material.offset[0],
-                     v = 1 - (place[1] * material.scale[1] + material.offset[1]);
-        at[k] = {std::isfinite(u) ? u * test->picture->width() : 0,
-                 std::isfinite(v) ? v * test->picture->height() : 0};
-      }
-      const TriangleAlpha shown = options.blend == AlphaOptions::Blend::opaque   ? TriangleAlpha::solid
-                                  : options.blend == AlphaOptions::Blend::ignore ? TriangleAlpha::clear
-                                  : ambiguous && own.picture                     ? TriangleAlpha::cut
-                                                                                 : own.show(at, steps_);
-      report_.count(face.material, shown);
+      const TriangleAlpha shown = decide_one(face, *test, triangles[t], t, holes);
       if (shown == TriangleAlpha::solid) continue;
       alpha.resize(triangles.size(), TriangleAlpha::solid);
       alpha[t] = shown;

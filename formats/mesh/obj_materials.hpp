@@ -40,8 +40,8 @@ class ObjMaterials {
   /// be put together otherwise later.
   void add_face(std::span<const ObjCorner> corners, uint64_t first, uint64_t end);
 
-  /// Decides for all triangles. The result has one for each, or none if all are solid.
-  std::vector<TriangleAlpha> decide(std::span<const Triangle> triangles);
+  /// Decides for all triangles, and collects their holes. The result has one for each, or none if all are solid.
+  std::vector<TriangleAlpha> decide(std::span<const Triangle> triangles, HoleCollector& holes);
 
   /// Adds to the scene what was read and what became of it.
   void report(Scene& scene) const;
@@ -70,6 +70,15 @@ class ObjMaterials {
   static void read_map(std::string_view words, Material& material);
   void keep(std::optional<Material>& material);
   AlphaTest test_of(size_t material);
+  /// Where a triangle of a face is in the picture.
+  struct Placed {
+    AlphaTest::Corners corners{};
+    bool everywhere = true;  ///< otherwise some corner has no place, and the picture does not count
+    bool ambiguous = false;  ///< some corner has several
+  };
+  Placed place(const Face& face, const Triangle& triangle, const AlphaPicture& picture) const;
+  TriangleAlpha decide_one(const Face& face, const AlphaTest& test, const Triangle& triangle, size_t number,
+                           HoleCollector& holes);
 
   const Input& input_;
   std::vector<Material> materials_;                                    ///< those that may let light through
@@ -81,6 +90,7 @@ class ObjMaterials {
   std::map<std::string, ReadPicture> pictures_;
   uint64_t bytes_, texels_ = kMostTexels;  ///< that may still be read
   uint64_t steps_ = AlphaPicture::kMostSteps;
+  HoleMaker holes_;
   std::map<std::string, bool> libraries_;  ///< that were tried: whether they can be read
   std::set<std::string> files_;
   std::set<std::string> missing_;  ///< libraries that cannot be read

@@ -11,6 +11,7 @@
 
 #include "formats/mesh/chooser.hpp"
 #include "formats/mesh/far_from_origin.hpp"
+#include "formats/mesh/hole_collector.hpp"
 #include "formats/mesh/obj_materials.hpp"
 #include "formats/mesh/readers.hpp"
 #include "formats/mesh/text_cursor.hpp"
@@ -51,7 +52,11 @@ class ObjReader {
       const auto after = std::ranges::upper_bound(objects_, triangle, {}, &Object::first_triangle);
       return std::string_view(std::prev(after)->name);
     });
-    if (alpha_.any()) all_.alpha = alpha_.decide(all_.triangles);
+    if (alpha_.any()) {
+      HoleCollector holes;
+      all_.alpha = alpha_.decide(all_.triangles, holes);
+      holes.finish(all_);
+    }
     alpha_.report(scene);
     scene = scene_of(split(), std::move(scene));
     if (skipped_curves_ != 0) {
@@ -218,6 +223,11 @@ class ObjReader {
     if (!all_.alpha.empty())
       mesh.alpha.assign(all_.alpha.begin() + static_cast<std::ptrdiff_t>(first),
                         all_.alpha.begin() + static_cast<std::ptrdiff_t>(last));
+    if (!all_.holes.empty()) {
+      HoleCollector holes;
+      holes.add_all(0, all_.alpha_maps, std::span(all_.holes).subspan(first, last - first));
+      holes.finish(mesh);
+    }
     std::vector<uint32_t> used;
     for (const Triangle& triangle : mesh.triangles) {
       for (const uint32_t v : triangle) {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/mesh/hole_collector.hpp"
 #include "formats/mesh/input.hpp"
 
 namespace nif::mesh::detail {
@@ -49,12 +50,15 @@ uint64_t keep_triangles(Mesh& mesh, const Keeps& keeps) {
     mesh.triangles[kept] = mesh.triangles[t];
     if (!mesh.look.materials.empty()) mesh.look.materials[kept] = mesh.look.materials[t];
     if (!mesh.alpha.empty()) mesh.alpha[kept] = mesh.alpha[t];
+    if (!mesh.holes.empty()) mesh.holes[kept] = mesh.holes[t];
     ++kept;
   }
   const uint64_t dropped = mesh.triangles.size() - kept;
   mesh.triangles.resize(kept);
   if (!mesh.look.materials.empty()) mesh.look.materials.resize(kept);
   if (!mesh.alpha.empty()) mesh.alpha.resize(kept);
+  if (!mesh.holes.empty()) mesh.holes.resize(kept);
+  if (dropped != 0) drop_unused_maps(mesh);
   return dropped;
 }
 

@@ -326,11 +326,13 @@ class MetadataCheck {
     constexpr Member kAlpha[] = {{"cutoff", Kind::number, true},
                                  {"blend", Kind::text, true},
                                  {"glass", Kind::text, true},
+                                 {"resolution", Kind::count, false},
                                  {"materials", Kind::array, true}};
     check(alpha, "/alpha", kAlpha);
     constexpr Member kMaterial[] = {{"name", Kind::text, true},      {"rule", Kind::text, true},
                                     {"cutoff", Kind::number, false}, {"solid", Kind::count, true},
-                                    {"cut", Kind::count, true},      {"clear", Kind::count, true}};
+                                    {"cut", Kind::count, true},      {"clear", Kind::count, true},
+                                    {"filled", Kind::count, false}};
     if (const Json* materials = member(alpha, "materials"); materials && materials->is_array())
       for (size_t i = 0; i < materials->size(); ++i)
         check((*materials)[i], "/alpha/materials/" + std::to_string(i), kMaterial);

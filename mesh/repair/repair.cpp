@@ -84,6 +84,8 @@ Report repair(Mesh& mesh, const Options& options, const std::atomic<bool>& cance
   mesh.positions = std::move(clean.positions);
   mesh.look = {};
   mesh.alpha = {};
+  mesh.alpha_maps = {};
+  mesh.holes = {};
   if (!options.keep_opposite) report.opposite = drop_opposite(mesh.triangles);
   stop_if_cancelled();
   if (!options.keep_t_junctions) {

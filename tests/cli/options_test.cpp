@@ -147,6 +147,12 @@ INSTANTIATE_TEST_SUITE_P(
         WrongOptions{"UnknownBlend", bake({"--blend", "half"}), {"--blend 'half'", "cutoff, opaque, ignore"}},
         WrongOptions{"UnknownGlass", bake({"--glass", "half"}), {"--glass 'half'", "ignore, opaque"}},
         WrongOptions{"CutoffAboveOne", bake({"--alpha-cutoff", "1.5"}), {"--alpha-cutoff '1.5'"}},
+        WrongOptions{"NoAlphaResolution", bake({"--alpha-resolution", "0"}), {"--alpha-resolution", "16384"}},
+        WrongOptions{
+            "TooMuchAlphaResolution", bake({"--alpha-resolution", "16385"}), {"--alpha-resolution", "16384"}},
+        WrongOptions{"AlphaResolutionOfWhatIsSolid",
+                     bake({"--alpha-resolution", "64", "--ignore-alpha"}),
+                     {"--alpha-resolution", "--ignore-alpha"}},
         WrongOptions{"CutoffOfWhatIsOpaque",
                      bake({"--alpha-cutoff", "0.3", "--blend", "opaque"}),
                      {"--alpha-cutoff", "--blend opaque"}},

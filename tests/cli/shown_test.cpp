@@ -144,6 +144,12 @@ TEST_F(Shown, WhatLetsLightThroughIsRecordedAndReadAlike) {
   EXPECT_EQ(nif({"eval", asset, "--mesh", mesh, "--rays", "1000", "--hits"}).code, 0);
   EXPECT_EQ(nif({"attach", mesh, asset, "-o", path("both.glb")}).code, 0);
 
+  const std::string halved = path("halved.nif");
+  ASSERT_EQ(bake(mesh, halved, {"--alpha-resolution", "64"}).code, 0);
+  EXPECT_EQ(info(halved)["metadata"]["alpha"]["resolution"], 64);
+  expect_clean(halved);
+  EXPECT_EQ(nif({"eval", halved, "--mesh", mesh, "--rays", "1000"}).code, 0);
+
   // The same for a manifest, which is then up to date.
   const std::string manifest =
       folder_

@@ -57,6 +57,13 @@ void use(const mesh::Scene& scene) {
         must(v < one.positions.size());
         for (const float x : one.positions[v]) must(std::isfinite(x));
       }
+    must(one.holes.empty() || one.holes.size() == one.triangles.size());
+    for (size_t t = 0; t < one.holes.size(); ++t) {
+      const mesh::TriangleHoles& holes = one.holes[t];
+      if (!holes.any()) continue;
+      must(one.alpha[t] == mesh::TriangleAlpha::cut && holes.map < one.alpha_maps.size() &&
+           holes.shift <= mesh::TriangleHoles::kFraction);
+    }
     for (const uint32_t material : one.look.materials) must(material < scene.materials.size());
     try {
       mesh::clean(one);

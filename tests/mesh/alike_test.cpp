@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
+
 #include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
@@ -25,6 +27,20 @@ TEST(Alike, WhatIsEqualAndNothingElse) {
   EXPECT_EQ(mesh::first_alike(std::vector{red, plain, red}, true), (std::vector<uint32_t>{0, 1, 0}));
   EXPECT_TRUE(mesh::first_alike({}).empty());
   EXPECT_EQ(mesh::first_alike(std::vector{red}), (std::vector<uint32_t>{0}));
+}
+
+TEST(Alike, MeshesWithTheSameHoles) {
+  mesh::Mesh leaf{"", {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}};
+  leaf.alpha = {mesh::TriangleAlpha::cut};
+  leaf.alpha_maps = {std::make_shared<const mesh::AlphaMap>(mesh::AlphaMap{1, 1, {}, {1}})};
+  leaf.holes = {{.map = 0, .places = {{{0, 0}, {9, 0}, {0, 9}}}}};
+  mesh::Mesh copied = leaf, other = leaf, moved = leaf, filled = leaf;
+  copied.alpha_maps = {std::make_shared<const mesh::AlphaMap>(*leaf.alpha_maps[0])};
+  other.alpha_maps = {std::make_shared<const mesh::AlphaMap>(mesh::AlphaMap{1, 1, {}, {0}})};
+  moved.holes[0].places[2][1] = 8;
+  filled.holes.clear(), filled.alpha_maps.clear();
+  const std::vector<mesh::Mesh> meshes{leaf, other, leaf, moved, copied, filled};
+  EXPECT_EQ(mesh::first_alike(meshes), (std::vector<uint32_t>{0, 1, 0, 3, 0, 5}));
 }
 
 /// Many of one size: comparing each with all others would take minutes.

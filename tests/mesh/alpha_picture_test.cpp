@@ -1,4 +1,5 @@
-// What triangles show of a picture: points of random triangles never contradict the answer, in all modes of wrapping.
+// What triangles show of a picture: points of random triangles never contradict the answer, in all modes of wrapping. And
+// the limits of what is kept of it.
 #include "formats/mesh/alpha_picture.hpp"
 
 #include <gtest/gtest.h>
@@ -6,7 +7,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <random>
 
+#include "formats/mesh/hole_maker.hpp"
 #include "tests/support/test_random.hpp"
 
 namespace nif::test {
@@ -15,6 +18,9 @@ namespace {
 using mesh::TriangleAlpha;
 using mesh::Wrap;
 using mesh::detail::AlphaPicture;
+using mesh::detail::Filled;
+using mesh::detail::HoleMaker;
+using mesh::detail::NewHoles;
 using mesh::detail::TexelPoint;
 
 constexpr uint32_t kHalf = 32768;
@@ -119,6 +125,63 @@ TEST(AlphaPicture, TakesNoMoreStepsThanItMay) {
   steps = 10;
   EXPECT_EQ(picture.show(corners, {}, kHalf, steps), TriangleAlpha::cut);
   EXPECT_EQ(steps, 0u);
+}
+
+/// Once the maps of a file are too large together, triangles that need another one have no holes.
+TEST(HoleMaker, KeepsToItsLimit) {
+  const AlphaPicture small({2, 1, {0, UINT16_MAX}}), large({100, 100, std::vector<uint16_t>(10'000, 7)});
+  const std::array<TexelPoint, 3> corners{TexelPoint{0, 0}, {1, 0}, {0, 1}};
+  HoleMaker maker(0, 104 * 104 + 4096);
+  const std::array<Wrap, 2> repeat{}, clamp{Wrap::clamp, Wrap::clamp}, mirror{Wrap::mirror, Wrap::mirror};
+  const NewHoles first = maker.of_picture(large, repeat, 5, corners);
+  ASSERT_TRUE(first.map);
+  EXPECT_EQ(maker.of_picture(large, repeat, 7, corners).map, first.map) << "no texel has 5 or 6";
+  EXPECT_EQ(maker.of_picture(large, repeat, 8, corners).why, Filled::many);
+  EXPECT_TRUE(maker.of_picture(small, repeat, 9, corners).map) << "as large as 4096 texels";
+  const NewHoles last = maker.of_picture(small, clamp, 9, corners);
+  EXPECT_FALSE(last.map);
+  EXPECT_EQ(last.why, Filled::many);
+  EXPECT_EQ(maker.of_picture(large, repeat, 6, corners).map, first.map) << "what is there stays";
+  const NewHoles none =
+      maker.of_picture(large, mirror, 7, {TexelPoint{NAN, 0}, {1, INFINITY}, {-1e300, 1e300}});
+  EXPECT_FALSE(none.map);
+  EXPECT_EQ(none.why, Filled::far);
+}
+
+/// Any places whatever: those that fit are kept to half a unit.
+TEST(HoleMaker, PlacesFit) {
+  const AlphaPicture picture({3, 2, {0, UINT16_MAX, 0, 0, 0, 0}});
+  HoleMaker maker(0);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> exponent(-20, 70), sign(-1, 1);
+  for (int i = 0; i < 20'000; ++i) {
+    std::array<TexelPoint, 3> corners;
+    const double scale = std::exp2(exponent(random));
+    for (TexelPoint& corner : corners)
+      for (double& at : corner) at = sign(random) * scale;
+    for (const Wrap wrap : {Wrap::repeat, Wrap::mirror, Wrap::clamp}) {
+      const NewHoles made = maker.of_picture(picture, {wrap, wrap}, 1, corners);
+      if (!made.map) {
+        EXPECT_GT(scale, 0x1p29);
+        continue;
+      }
+      const double unit = std::ldexp(1.0, int(made.holes.shift) - 16);
+      for (size_t a = 0; a < 2; ++a) {
+        const double period = wrap == Wrap::clamp ? 0 : (a == 0 ? 3 : 2) * (wrap == Wrap::mirror ? 2 : 1);
+        double moved = made.holes.places[0][a] * unit - corners[0][a];
+        if (period > 0) moved -= period * std::round(moved / period);
+        EXPECT_LE(std::abs(moved), unit * 0.5001 + scale * 1e-15);
+        int32_t least = made.holes.places[0][a];
+        for (const auto& place : made.holes.places) least = std::min(least, place[a]);
+        if (period > 0) {
+          EXPECT_TRUE(least >= 0 && least * unit <= period) << least;
+        }
+        for (size_t k = 1; k < 3; ++k)
+          EXPECT_NEAR((made.holes.places[k][a] - double(made.holes.places[0][a])) * unit,
+                      corners[k][a] - corners[0][a], unit * 1.0001 + scale * 1e-15);
+      }
+    }
+  }
 }
 
 }  // namespace

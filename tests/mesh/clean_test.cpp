@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <random>
 
 #include "formats/base/collinear.hpp"
@@ -76,6 +77,55 @@ TEST(Clean, DropsDuplicatesOfEitherRotationButKeepsTwins) {
   const CleanMesh out = clean(mesh);
   EXPECT_EQ(out.triangles, (Triangles{{0, 1, 2}, {2, 1, 0}}));
   EXPECT_EQ(out.report.duplicate, 3u);
+}
+
+/// Holes over one map. The first place is `first`.
+mesh::TriangleHoles holes_from(int32_t first) {
+  return {.map = 0, .places = {{{first, 0}, {first + 5, 0}, {first, 5}}}};
+}
+
+/// A triangle with holes covers only one with the same; one without covers all.
+TEST(Clean, HolesDecideWhatIsADuplicate) {
+  Mesh mesh{"",
+            {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {2, 0, 0}},
+            {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {0, 1, 3}}};
+  mesh.alpha.assign(5, mesh::TriangleAlpha::cut);
+  mesh.alpha_maps = {std::make_shared<const mesh::AlphaMap>()};
+  const mesh::TriangleHoles a = holes_from(0), b = holes_from(7);
+  mesh::TriangleHoles turned = a;
+  turned.places = {a.places[1], a.places[2], a.places[0]};
+  mesh.holes = {a, turned, b, a, a};
+  const CleanMesh out = clean(mesh);
+  EXPECT_EQ(out.triangles, (Triangles{{0, 1, 2}, {2, 0, 1}, {0, 2, 1}}));
+  EXPECT_EQ(out.holes, (std::vector{a, b, a}));
+  EXPECT_EQ(out.alpha_maps, mesh.alpha_maps);
+  EXPECT_EQ(out.dropped, (std::vector<uint32_t>{1, 4}));
+  EXPECT_EQ(out.report.duplicate, 1u);
+  EXPECT_EQ(out.report.degenerate, 1u);
+  EXPECT_TRUE(out.slivers.empty()) << "with holes, it closes nothing";
+
+  mesh.holes[2] = {};  // it is solid, or may be
+  const CleanMesh covered = clean(mesh);
+  EXPECT_EQ(covered.triangles, (Triangles{{0, 1, 2}, {0, 2, 1}}));
+  EXPECT_EQ(covered.holes, (std::vector{mesh::TriangleHoles(), a}));
+  EXPECT_EQ(covered.report.duplicate, 2u);
+  mesh.holes[4] = {};
+  mesh.alpha[3] = mesh::TriangleAlpha::clear, mesh.holes[3] = {};
+  const CleanMesh solid = clean(mesh);
+  EXPECT_EQ(solid.triangles, (Triangles{{0, 1, 2}}));
+  EXPECT_EQ(solid.slivers, (Triangles{{0, 1, 3}}));
+  EXPECT_TRUE(solid.holes.empty());
+  EXPECT_TRUE(solid.alpha_maps.empty());
+}
+
+/// Comparing each with all others would take minutes.
+TEST(Clean, ManyHolesInOnePlace) {
+  constexpr uint32_t kCount = 200'000;
+  Mesh mesh{"", {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, Triangles(kCount, {0, 1, 2})};
+  mesh.alpha.assign(kCount, mesh::TriangleAlpha::cut);
+  mesh.alpha_maps = {std::make_shared<const mesh::AlphaMap>()};
+  for (uint32_t i = 0; i < kCount; ++i) mesh.holes.push_back(holes_from(int32_t(i / 2)));
+  EXPECT_EQ(clean(mesh).triangles.size(), kCount / 2);
 }
 
 TEST(Clean, KeepsSliversApart) {

@@ -149,6 +149,43 @@ TEST_F(ObjAlpha, PolygonsAndObjects) {
   EXPECT_GT(std::ranges::count(twice, kCut), 0);
 }
 
+/// Holes follow the triangles of concave polygons and of objects; where it is not known what is shown, they are filled.
+TEST_F(ObjAlpha, Holes) {
+  write_row("row.png", {255, 0});
+  folder_.write("a.mtl", "newmtl m\nmap_d row.png\nnewmtl n\nmap_d -clamp on row.png\n");
+  const Scene scene = read(
+      "mtllib a.mtl\no one\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nvt .25 .5\nf 1/1 "
+      "2/2 3/3\n"
+      "o two\nusemtl n\nf 1/2 2/1 3/3\nusemtl m\nf 3/3 1/1 2/2\nf 1/4 2/4 3/4\n");
+  ASSERT_EQ(scene.meshes.size(), 2u);
+  const mesh::Mesh &one = scene.meshes[0], &two = scene.meshes[1];
+  EXPECT_TRUE(scene.notes.empty());
+  EXPECT_EQ(scene.see_through[0].cut, 2u);
+  EXPECT_EQ(scene.see_through[1].cut, 1u);
+  ASSERT_EQ(one.alpha_maps.size(), 1u);
+  EXPECT_EQ(*one.alpha_maps[0], (mesh::AlphaMap{2, 1, {mesh::Wrap::repeat, mesh::Wrap::repeat}, {0b01}}));
+  EXPECT_EQ(one.holes[0].places,
+            (std::array<std::array<int32_t, 2>, 3>{{{0, 1 << 16}, {2 << 16, 1 << 16}, {0, 0}}}));
+  ASSERT_EQ(two.alpha_maps.size(), 2u);
+  EXPECT_EQ(two.alpha_maps[1], one.alpha_maps[0]);
+  EXPECT_EQ(two.alpha_maps[0]->wrap[0], mesh::Wrap::clamp);
+  ASSERT_EQ(two.holes.size(), 3u);
+  EXPECT_EQ(two.holes[0].map, 0u);
+  EXPECT_EQ(two.holes[1].map, 1u);
+  EXPECT_EQ(two.holes[1].places[0], one.holes[0].places[2]);
+  EXPECT_FALSE(two.holes[2].any());
+
+  const Scene twice = read(
+      "mtllib a.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 1 .5 0\nv .5 1 0\nv 0 1 0\nvt .8 .5\nvt .2 .5\n"
+      "f 1/1 2/1 3/1 1/2 4/1 5/1\n");
+  EXPECT_TRUE(twice.meshes[0].holes.empty());
+  EXPECT_EQ(twice.see_through[0].filled, uint64_t(std::ranges::count(twice.meshes[0].alpha, kCut)));
+  ASSERT_FALSE(twice.notes.empty());
+  EXPECT_EQ(twice.notes[0].kind, NoteKind::see_through);
+  EXPECT_NE(twice.notes[0].text.find("(polygons have several texture coordinates at one vertex)"),
+            std::string::npos);
+}
+
 TEST_F(ObjAlpha, FilesThatCannotBeReadCostOnlyAlpha) {
   const auto note_of = [](const Scene& scene) {
     return scene.notes.empty() ? mesh::Note{} : scene.notes.back();

@@ -109,6 +109,7 @@ std::optional<mesh::MergeOptions> resolve_merging(const BakeArguments& arguments
 
 mesh::AlphaOptions resolve_alpha(const BakeArguments& arguments) {
   const char* given = !arguments.alpha_cutoff.empty() ? "--alpha-cutoff"
+                      : arguments.alpha_resolution    ? "--alpha-resolution"
                       : !arguments.blend.empty()      ? "--blend"
                       : !arguments.glass.empty()      ? "--glass"
                                                       : nullptr;
@@ -131,6 +132,7 @@ mesh::AlphaOptions resolve_alpha(const BakeArguments& arguments) {
   if (!arguments.glass.empty() && arguments.glass != "opaque" && arguments.glass != "ignore")
     throw Error(Status::usage, fmt::format("--glass '{}' is not one of ignore, opaque", arguments.glass));
   options.opaque_glass = arguments.glass == "opaque";
+  options.resolution = arguments.alpha_resolution.value_or(0);
   return options;
 }
 
@@ -312,6 +314,12 @@ void add_bake_options(Command command, BakeArguments& arguments) {
                   "below this, e.g. "
                   "0.3; those with a cutoff of their own (MASK) keep it")
       .default_str("0.5");
+  command
+      .add_option(
+          "--alpha-resolution", arguments.alpha_resolution,
+          "Most texels along a side of the pictures of holes, e.g. 1024: larger ones are halved until "
+          "they fit, so outlines of holes are coarser. By default, pictures are as they are")
+      .range(1u, mesh::AlphaMap::kMostSide);
   command
       .add_option(
           "--blend", arguments.blend,

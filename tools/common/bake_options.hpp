@@ -27,6 +27,7 @@ struct BakeArguments {
        merge = false, no_merge = false;
   mesh::Choice choice;
   std::string alpha_cutoff, blend, glass;
+  std::optional<uint32_t> alpha_resolution;
   bool ignore_alpha = false;
   std::vector<std::string> merge_nodes, merge_except;
   std::string merge_below, merge_triangles;

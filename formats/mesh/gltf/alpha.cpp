@@ -22,6 +22,16 @@ TexelPoint place_in(const AlphaPicture& picture, const std::array<float, 6>& tra
   return place;
 }
 
+/// Of triangles whose texture coordinates and colours are not known.
+TriangleAlpha show_hidden(const GltfDrawn& drawn, const AlphaTest& test) {
+  if (!test.picture && drawn.colors == -1) {
+    uint64_t steps = 0;
+    return test.show({}, steps);
+  }
+  // The factor alone may be below the cutoff.
+  return test.factor < test.cutoff ? TriangleAlpha::clear : TriangleAlpha::cut;
+}
+
 }  // namespace
 
 std::optional<GltfAlpha::Rule> GltfAlpha::rule_of(size_t material) const {
@@ -74,9 +84,46 @@ bool GltfAlpha::may_matter(int material) const {
   return material >= 0 && size_t(material) < source_.surfaces.size() && rule_of(size_t(material));
 }
 
-std::vector<TriangleAlpha> GltfAlpha::decide(const GltfDrawn& drawn, std::span<const Triangle> triangles,
-                                             uint32_t base, uint32_t vertices) {
-  if (triangles.empty() || !may_matter(drawn.material)) return {};
+std::vector<TriangleAlpha> GltfAlpha::decide_each(const GltfDrawn& drawn, AlphaTest test, const Part& part,
+                                                  HoleCollector& holes) {
+  const auto material = size_t(drawn.material);
+  const Material& look = source_.look.materials[material].material;
+  // What cannot be read costs only alpha, as with pictures.
+  const std::vector<std::array<float, 2>>* places = nullptr;
+  const std::vector<float>* vertex_alphas = nullptr;
+  try {
+    if (test.picture)
+      places = &of_vertices(coordinates_, drawn.coordinates, part.vertices,
+                            [&](int accessor, uint32_t count) { return data_.coordinates(accessor, count); });
+    if (drawn.colors != -1 && data_.has_alpha(drawn.colors))
+      vertex_alphas = &of_vertices(colors_, drawn.colors, part.vertices, [&](int accessor, uint32_t count) {
+        return data_.alphas(accessor, count);
+      });
+  } catch (const Error& error) {
+    if (error.status() == Status::too_large) throw;
+    if (!places) test.picture = nullptr;
+    report_.cannot_read(material, "has texture coordinates or vertex colours that cannot be read");
+  }
+  std::vector<TriangleAlpha> alpha;
+  for (const Triangle& triangle : part.triangles) {
+    AlphaTest::Corners corners;
+    for (size_t k = 0; k < 3; ++k) {
+      const uint32_t v = triangle[k] - part.base;
+      if (test.picture) corners.places[k] = place_in(*test.picture, look.transform, (*places)[v]);
+      if (vertex_alphas) corners.alphas[k] = (*vertex_alphas)[v];
+    }
+    const TriangleAlpha shown = test.show(corners, steps_);
+    if (shown == TriangleAlpha::cut)
+      report_.keep(material, test.holes(corners, holes_), part.first + alpha.size(), holes);
+    else
+      report_.count(material, shown);
+    alpha.push_back(shown);
+  }
+  return alpha;
+}
+
+std::vector<TriangleAlpha> GltfAlpha::decide(const GltfDrawn& drawn, const Part& part, HoleCollector& holes) {
+  if (part.triangles.empty() || !may_matter(drawn.material)) return {};
   const auto material = size_t(drawn.material);
   const std::optional<Rule> rule = rule_of(material);
   const GltfSurface& surface = source_.surfaces[material];
@@ -84,49 +131,23 @@ std::vector<TriangleAlpha> GltfAlpha::decide(const GltfDrawn& drawn, std::span<c
   described.name = surface.name.empty() ? fmt::format("material {}", material) : short_name(surface.name);
   described.rule = rule->rule;
   described.cutoff = rule->cutoff;
-  std::vector<TriangleAlpha> alpha(triangles.size(), rule->always.value_or(TriangleAlpha::cut));
-  if (!rule->always) {
-    const Material& look = source_.look.materials[material].material;
-    const AlphaPicture* const picture = drawn.coordinates == -1 ? nullptr : picture_of(material);
-    AlphaTest test{std::clamp(surface.factor, 0.0, 1.0), rule->cutoff, picture, look.wrap};
-    if (drawn.hidden && (picture || drawn.colors != -1)) {
-      // The factor alone may be below the cutoff.
-      if (test.factor < test.cutoff) std::ranges::fill(alpha, TriangleAlpha::clear);
-    } else {
-      // What cannot be read costs only alpha, as with pictures.
-      const std::vector<std::array<float, 2>>* places = nullptr;
-      const std::vector<float>* vertex_alphas = nullptr;
-      try {
-        if (test.picture)
-          places = &of_vertices(coordinates_, drawn.coordinates, vertices, [&](int accessor, uint32_t count) {
-            return data_.coordinates(accessor, count);
-          });
-        if (drawn.colors != -1 && data_.has_alpha(drawn.colors))
-          vertex_alphas = &of_vertices(colors_, drawn.colors, vertices, [&](int accessor, uint32_t count) {
-            return data_.alphas(accessor, count);
-          });
-      } catch (const Error& error) {
-        if (error.status() == Status::too_large) throw;
-        if (!places) test.picture = nullptr;
-        report_.cannot_read(material, "has texture coordinates or vertex colours that cannot be read");
-      }
-      for (size_t t = 0; t < triangles.size(); ++t) {
-        std::array<TexelPoint, 3> corners{};
-        std::array<float, 3> colors{1, 1, 1};
-        for (size_t k = 0; k < 3; ++k) {
-          const uint32_t v = triangles[t][k] - base;
-          if (places) corners[k] = place_in(*picture, look.transform, (*places)[v]);
-          if (vertex_alphas) colors[k] = (*vertex_alphas)[v];
-        }
-        const auto [least, most] = std::ranges::minmax(colors);
-        alpha[t] = test.show(corners, steps_, least, most);
-      }
-    }
+  AlphaTest test{std::clamp(surface.factor, 0.0, 1.0), rule->cutoff};
+  std::vector<TriangleAlpha> alpha;
+  if (!rule->always && drawn.coordinates != -1) {
+    test.picture = picture_of(material);
+    test.wrap = source_.look.materials[material].material.wrap;
   }
-  for (const TriangleAlpha one : alpha) report_.count(material, one);
-  return std::ranges::count(alpha, TriangleAlpha::solid) == ptrdiff_t(alpha.size())
-             ? std::vector<TriangleAlpha>()
-             : alpha;
+  if (rule->always || drawn.hidden) {
+    const TriangleAlpha all = rule->always ? *rule->always : show_hidden(drawn, test);
+    alpha.assign(part.triangles.size(), all);
+    for (size_t t = 0; t < alpha.size(); ++t)
+      all == TriangleAlpha::cut ? report_.count_filled(material, Filled::draco)
+                                : report_.count(material, all);
+  } else {
+    alpha = decide_each(drawn, test, part, holes);
+  }
+  const bool solid = std::ranges::count(alpha, TriangleAlpha::solid) == ptrdiff_t(alpha.size());
+  return solid ? std::vector<TriangleAlpha>() : alpha;
 }
 
 }  // namespace nif::mesh::detail

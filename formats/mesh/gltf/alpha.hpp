@@ -28,15 +28,23 @@ struct GltfDrawn {
 class GltfAlpha {
  public:
   GltfAlpha(const Input& input, const GltfSource& source, const GltfData& data, Scene& scene)
-      : input_(input), source_(source), data_(data), pictures_(input, source.look, data, scene) {}
+      : input_(input),
+        source_(source),
+        data_(data),
+        pictures_(input, source.look, data, scene),
+        holes_(input.limits.alpha.resolution) {}
 
   /// Whether anything with this material may let light through.
   bool may_matter(int material) const;
 
-  /// Decides for triangles whose first vertex is `base`, of `vertices`. The result has one for each, or none if all
-  /// are solid.
-  std::vector<TriangleAlpha> decide(const GltfDrawn& drawn, std::span<const Triangle> triangles,
-                                    uint32_t base, uint32_t vertices);
+  /// Triangles of a mesh, from `first` on. Their first vertex is `base`, of `vertices`.
+  struct Part {
+    std::span<const Triangle> triangles;
+    size_t first;
+    uint32_t base, vertices;
+  };
+  /// Decides for a part, and collects its holes. The result has one for each triangle, or none if all are solid.
+  std::vector<TriangleAlpha> decide(const GltfDrawn& drawn, const Part& part, HoleCollector& holes);
 
   const AlphaReport& report() const { return report_; }
 
@@ -48,6 +56,8 @@ class GltfAlpha {
     double cutoff = 0;
   };
   std::optional<Rule> rule_of(size_t material) const;
+  std::vector<TriangleAlpha> decide_each(const GltfDrawn& drawn, AlphaTest test, const Part& part,
+                                         HoleCollector& holes);
   /// The picture of a material; null: it has none with alpha.
   const AlphaPicture* picture_of(size_t material);
 
@@ -73,6 +83,7 @@ class GltfAlpha {
   OfVertices<float> colors_{1};
   uint64_t read_ = 0;  ///< values of vertices
   uint64_t steps_ = AlphaPicture::kMostSteps;
+  HoleMaker holes_;
   AlphaReport report_;
 };
 

@@ -111,7 +111,11 @@ std::optional<Transform> to_transform(const Affine& world) {
 
 Double3 remainder_of(const Affine& world) {
   Double3 out;
-  for (size_t a = 0; a < 3; ++a) out[a] = world[4 * a + 3] - double{static_cast<float>(world[4 * a + 3])};
+  for (size_t a = 0; a < 3; ++a) {
+    // GCC 12 may take the rounding of two neighbours for nothing, once it vectorizes them.
+    const volatile float rounded = static_cast<float>(world[4 * a + 3]);
+    out[a] = world[4 * a + 3] - double{rounded};
+  }
   return out;
 }
 

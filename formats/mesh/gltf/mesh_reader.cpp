@@ -47,6 +47,7 @@ class MeshReader {
         count_see_through(source_.primitives[i]);
     }
     if (!mesh_.alpha.empty()) mesh_.alpha.resize(mesh_.triangles.size(), TriangleAlpha::solid);
+    holes_.finish(mesh_);
     mesh_.look.complete(mesh_.positions.size(), mesh_.triangles.size());
     const auto note = [&](NoteKind kind, const std::string& text) {
       notes.push_back({kind, fmt::format("{}: mesh '{}' {}", input_.file.string(), mesh_.name, text)});
@@ -94,11 +95,12 @@ class MeshReader {
     if (triangles.empty() || !alpha_->may_matter(primitive.material)) return;
     const auto colors = primitive.attributes.find("COLOR_0");
     const bool has_colors = colors != primitive.attributes.end();
-    const std::vector<TriangleAlpha> alpha = alpha_->decide({.material = primitive.material,
-                                                             .colors = has_colors ? colors->second : -1,
-                                                             .coordinates = coordinates_of(primitive),
-                                                             .hidden = primitive.extensions.contains(kDraco)},
-                                                            triangles, range_.base, range_.count);
+    const std::vector<TriangleAlpha> alpha =
+        alpha_->decide({.material = primitive.material,
+                        .colors = has_colors ? colors->second : -1,
+                        .coordinates = coordinates_of(primitive),
+                        .hidden = primitive.extensions.contains(kDraco)},
+                       {triangles, first_triangle_, range_.base, range_.count}, holes_);
     if (alpha.empty()) return;
     mesh_.alpha.resize(first_triangle_, TriangleAlpha::solid);
     mesh_.alpha.insert(mesh_.alpha.end(), alpha.begin(), alpha.end());
@@ -364,6 +366,7 @@ class MeshReader {
   const tinygltf::Mesh& source_;
   size_t index_;
   Mesh mesh_;
+  HoleCollector holes_;
   const std::vector<double>& weights_;
   const GltfPose* pose_;
   bool by_material_;
