@@ -11,6 +11,7 @@
 // - kGrids: whether it has grids, so that presets apply to it;
 // - kKind: what kind of answers it gives (bake/choice.hpp);
 // - kHelp: its description in `nif bake --help`;
+// - kForHoles, if objects with holes get it, and no others: it cannot be asked for;
 // - make(const BakeOptions&): its Encoder (bake/encoder.hpp);
 // and overloads of these functions, by its report:
 // - add_report(report, json): for `nif bake --json`;
@@ -37,6 +38,12 @@ template <class... Baking>
 struct OptionsOf : Baking::Options... {};
 template <class... Baking>
 using AnyReportOf = std::variant<typename Baking::Report...>;
+
+/// Whether an encoding is for objects with holes.
+template <class Baking>
+inline constexpr bool kIsForHoles = requires {
+  Baking::kForHoles;
+};
 
 /// The options of all encodings together.
 using EncodingOptions = OfEncoders<OptionsOf>;

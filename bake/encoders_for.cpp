@@ -20,7 +20,7 @@ bool may_choose(AnswerKind kind, const BakeOptions& options) {
 
 template <class Baking>
 void add_encoder(const BakeOptions& options, Encoders& encoders) {
-  if (std::is_same_v<Baking, CutoutBaking>) return;  // objects have holes or not, whatever one would like
+  if (kIsForHoles<Baking>) return;  // an object has holes or not, whatever one would like
   const bool keeps_colors = Baking::kGrids || !options.colors;
   const bool wanted =
       options.encoding == kAutomatic

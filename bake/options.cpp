@@ -31,14 +31,14 @@ std::optional<Value> named_in(const std::pair<Value, std::string_view> (&table)[
 
 struct EncodingChoice {
   std::string_view name, help;
-  bool automatic, grids;
+  bool automatic, grids, for_holes;
   AnswerKind kind;
 };
 template <class... Baking>
 struct ChoicesOf {
   static constexpr EncodingChoice kAll[] = {{kernels::encoding_of_field<typename Baking::Field>().name,
                                              Baking::kHelp, Baking::kAutomatic, Baking::kGrids,
-                                             Baking::kKind}...};
+                                             kIsForHoles<Baking>, Baking::kKind}...};
 };
 constexpr auto& kEncodings = OfEncoders<ChoicesOf>::kAll;
 
@@ -51,21 +51,24 @@ std::optional<Preference> preference_named(std::string_view name) { return named
 
 std::vector<std::string_view> encoding_choices() {
   std::vector<std::string_view> names{kAutomatic};
-  for (const EncodingChoice& encoding : kEncodings) names.push_back(encoding.name);
+  for (const EncodingChoice& encoding : kEncodings)
+    if (!encoding.for_holes) names.push_back(encoding.name);
   return names;
 }
 
 std::string encoding_help() {
-  std::string chosen, named;
+  std::string chosen, named, for_holes;
   for (const EncodingChoice& encoding : kEncodings)
-    (encoding.automatic ? chosen : named) += fmt::format("{}: {}. ", encoding.name, encoding.help);
+    (encoding.for_holes   ? for_holes
+     : encoding.automatic ? chosen
+                          : named) += fmt::format("{}: {}. ", encoding.name, encoding.help);
   const std::string text =
       chosen +
       fmt::format(
           "auto: exact below {} triangles if that takes no more memory than Embree, else learned, unless "
           "--max-bytes, --max-error or --open-rays wish otherwise. ",
           kMostExactTriangles) +
-      named;
+      named + "What has holes, such as leaves, whatever is asked for, becomes " + for_holes;
   return text.substr(0, text.size() - 2);
 }
 

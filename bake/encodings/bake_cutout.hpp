@@ -19,12 +19,12 @@ struct CutoutBaking {
   using Field = kernels::CutoutField;
   struct Options {};
   struct Report {};
+  static constexpr bool kForHoles = true;
   static constexpr bool kAutomatic = true;
-  static constexpr std::string_view kStandsInFor = "";
+  static constexpr std::string_view kStandsInFor;
   static constexpr bool kGrids = false;
   static constexpr AnswerKind kKind = AnswerKind::exact;
-  static constexpr const char* kHelp =
-      "exact triangles with holes: leaves, fences (no others, and these always)";
+  static constexpr const char* kHelp = "exact triangles of which some have holes";
   static std::unique_ptr<Encoder> make(const BakeOptions& options);
 };
 

@@ -17,7 +17,8 @@ namespace nif::render {
 namespace {
 
 bool knows_first_hits(uint32_t encoding) {
-  return encoding == NIF_ENCODING_SEGMENT || encoding == NIF_ENCODING_BVH || encoding == NIF_ENCODING_EXACT;
+  return encoding == NIF_ENCODING_SEGMENT || encoding == NIF_ENCODING_BVH || encoding == NIF_ENCODING_EXACT ||
+         encoding == NIF_ENCODING_CUTOUT;
 }
 
 SurfaceKind kind_of(const ObjectDescription& object, const NifObjectInfo& about,

@@ -50,6 +50,8 @@ class Encoding(enum.IntEnum):
     """Planes that prove most answers, and the triangles for the rest; exact."""
     PROOF = 5
     """The planes alone: rays that they do not prove are left to your own BVH."""
+    CUTOUT = 6
+    """Triangles of which some have holes, as leaves and fences have; exact."""
 
 
 class InstanceFlags(enum.IntFlag):

@@ -4,7 +4,7 @@ import { bytesIn, readSignal, refuse, wholeNumber } from './errors.js';
 import { bytesOf, open } from './host.js';
 
 const kBrand = Symbol('nifkit');
-const encodings = { 1: 'segment', 2: 'spherical', 3: 'bvh', 4: 'exact', 5: 'proof', 0: 'unsupported' };
+const encodings = { 1: 'segment', 2: 'spherical', 3: 'bvh', 4: 'exact', 5: 'proof', 6: 'cutout', 0: 'unsupported' };
 
 /** The bytes of a source, and its name for messages. */
 export async function readSource(source, signal) {

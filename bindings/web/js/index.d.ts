@@ -69,7 +69,7 @@ export interface AssetInfo {
 
 export interface ObjectInfo {
   name: string;
-  encoding: 'segment' | 'spherical' | 'bvh' | 'exact' | 'proof' | 'unsupported';
+  encoding: 'segment' | 'spherical' | 'bvh' | 'exact' | 'proof' | 'cutout' | 'unsupported';
   network: number;
   /** Of the source mesh, in object space. */
   boundsMin: number[];
