@@ -49,7 +49,8 @@ enum class Severity : uint8_t {
   ADVICE(915, kind_says_less, note, "a cell says less than its planes and its neighbours prove")             \
   ADVICE(916, object_unsupported, warning, "this build cannot answer it, and did not look at it")            \
   ADVICE(917, proves_nothing, warning, "none of its answers is certain: nothing proves its planes")          \
-  ADVICE(918, records_longer, note, "its records are longer than this build knows")
+  ADVICE(918, records_longer, note, "its records are longer than this build knows")                          \
+  ADVICE(919, alpha_map_unused, warning, "no patch is in it")
 
 enum class Advice : uint16_t {
 #define NIF_ADVICE_NUMBER(number, name, severity, what) name = number,

@@ -128,26 +128,43 @@ void check_object(const format::ObjectView& object, uint32_t index, Findings& fi
   if (object.network) check_corners(object.planes->field, object.network->field, place, findings);
 }
 
+/// Otherwise something that objects share may belong to one of the others.
+bool all_known(const format::AssetView& asset) {
+  return std::ranges::none_of(asset.objects,
+                              [](const format::ObjectView& object) { return object.unsupported != nullptr; });
+}
+
 void check_networks(const format::AssetView& asset, Findings& findings) {
   const auto place = [](const char* section, size_t index) {
     return std::string("section ") + section + ", record " + std::to_string(index);
   };
   std::set<uint32_t> mlps, spherical;
-  const bool all_known = std::ranges::none_of(
-      asset.objects, [](const format::ObjectView& object) { return object.unsupported != nullptr; });
+  const bool known = all_known(asset);
   for (const format::ObjectView& object : asset.objects) {
     if (object.network) mlps.insert(object.network->mlp);
     if (object.spherical) spherical.insert(object.spherical->network);
   }
   for (size_t i = 0; i < asset.mlps.size(); ++i) {
-    if (all_known && !mlps.contains(uint32_t(i))) findings.add(Advice::network_unused, place("MLPS", i));
+    if (known && !mlps.contains(uint32_t(i))) findings.add(Advice::network_unused, place("MLPS", i));
     const kernels::Network& network = asset.mlps[i].network;
     const kernels::Network::Layer& last = network.layers[network.layer_count - 1];
     if (std::all_of(last.weights, last.weights + last.inputs, [](int8_t w) { return w == 0; }))
       findings.add(Advice::network_constant, place("MLPS", i));
   }
   for (size_t i = 0; i < asset.spherical_networks.size(); ++i)
-    if (all_known && !spherical.contains(uint32_t(i))) findings.add(Advice::network_unused, place("SNET", i));
+    if (known && !spherical.contains(uint32_t(i))) findings.add(Advice::network_unused, place("SNET", i));
+}
+
+void check_alpha_maps(const format::AssetView& asset, Findings& findings) {
+  if (!all_known(asset)) return;
+  std::vector<bool> used(asset.alpha_maps.size());
+  for (const format::ObjectView& object : asset.objects) {
+    if (!object.holes) continue;
+    const kernels::HolesField& holes = object.holes->field;
+    for (uint32_t i = 0; i < holes.patch_count; ++i) used[holes.patches[i].map] = true;
+  }
+  for (size_t i = 0; i < used.size(); ++i)
+    if (!used[i]) findings.add(Advice::alpha_map_unused, "section ALPH, record " + std::to_string(i));
 }
 
 void check_instances(const format::AssetView& asset, Findings& findings) {
@@ -195,6 +212,7 @@ void check_model(const format::AssetView& asset, Findings& findings) {
   for (uint32_t i = 0; i < asset.objects.size(); ++i) check_object(asset.objects[i], i, findings);
   check_names(asset.objects, object_place, findings);
   check_networks(asset, findings);
+  check_alpha_maps(asset, findings);
   check_instances(asset, findings);
   check_names(asset.instances, instance_place, findings);
 }

@@ -261,6 +261,21 @@ Bytes with_record(Bytes file, uint32_t section, uint32_t index, const std::funct
   return file;
 }
 
+/// A file whose record of holes `index` has these, which need not be right.
+inline Bytes with_holes(const Bytes& file, size_t index, const format::HolesData& holes) {
+  std::vector<Part> parts = parts_of(file);
+  Part& records = section_of(parts, format::kHoles);
+  auto record = load<format::HolesRecord>(records.content, index * records.record_size);
+  record.patches = uint32_t(holes.patches.size());
+  store(records.content, index * records.record_size, record);
+  const auto patches = std::as_bytes(std::span(holes.patches)),
+             numbers = std::as_bytes(std::span(holes.numbers));
+  Bytes content(patches.begin(), patches.end());
+  content.insert(content.end(), numbers.begin(), numbers.end());
+  set_payload(parts, payload::kHoles, index, content);
+  return file_of(file, parts);
+}
+
 /// Types of the sections of a part.
 template <class Part>
 std::vector<uint32_t> sections_of(Part) {

@@ -277,6 +277,164 @@ TEST(Refusal, MlpAndInstanceRecords) {
   EXPECT_TRUE(instance([](auto& r) { r.name.bytes += 1; }));
 }
 
+/// Two objects with holes after one without, which share maps.
+format::Asset with_holes() {
+  return test::random_asset(21, {.objects = 1, .instances = 0, .bvhs = 1, .cutouts = 2});
+}
+
+/// The sentence of a refusal, without the file's name; empty if the file is read.
+std::string why_damaged(const Bytes& file) {
+  const ReadOutcome outcome = outcome_of(file);
+  EXPECT_TRUE(outcome.status == Status::ok || outcome.status == Status::damaged_nif) << outcome.sentence;
+  return outcome.sentence.substr(std::min(outcome.sentence.size(), std::string("x.nif: ").size()));
+}
+
+TEST(Refusal, FlagOfHoles) {
+  const Bytes file = format::encode(with_holes());
+  const auto object = [&](uint32_t index, const std::function<void(format::ObjectRecord&)>& change) {
+    return why_damaged(with_record<format::ObjectRecord>(file, format::kObjects, index, change));
+  };
+  const std::string place = "section OBJS, record ";
+  EXPECT_EQ(object(2, [](auto&) {}), "");
+  for (const uint32_t without : {0u, 1u})
+    EXPECT_EQ(object(without, [](auto& r) { r.flags = format::kCutOuts; }).find(place), 0u) << without;
+  EXPECT_EQ(object(2, [](auto& r) { r.flags = 0; }).find(place + "2"), 0u);
+  EXPECT_EQ(object(2, [](auto& r) { r.flags = format::kDeforms; }).find(place + "2"), 0u)
+      << "also of an object that is not answered";
+  EXPECT_EQ(object(2, [](auto& r) { r.flags |= format::kDeforms; }), "");
+  EXPECT_EQ(object(2, [](auto& r) { r.holes = format::kNoPart; }).find(place + "2"), 0u);
+  EXPECT_EQ(object(1, [](auto& r) { r.holes = 0; }).find(place + "1"), 0u);
+  for (const uint32_t record : {0u, 2u, 0xfffffffeu})
+    EXPECT_EQ(object(3, [&](auto& r) { r.holes = record; }).find(place + "3"), 0u) << record;
+  EXPECT_EQ(object(2, [](auto& r) { r.spare = 7; }), "") << "of a later part";
+  // Records that end before, in a file without holes: the flag alone.
+  const Bytes none = format::encode(test::random_asset(21, {.objects = 0, .instances = 0, .bvhs = 1}));
+  const auto entry = test::section_entry(none, test::find_section(none, format::kObjects));
+  ASSERT_EQ(entry.record_size, format::ObjectRecord::kFirstBytes);
+  Bytes flagged = none;
+  test::store(flagged, entry.offset, uint32_t{format::kCutOuts});
+  test::fix_checksums(flagged);
+  EXPECT_EQ(why_damaged(flagged).find(place + "0"), 0u);
+}
+
+TEST(Refusal, HolesRecords) {
+  using Record = format::HolesRecord;
+  const format::Asset asset = with_holes();
+  const Bytes file = format::encode(asset);
+  const auto holes = [&](const std::function<void(Record&)>& change) {
+    return why_damaged(with_record<Record>(file, format::kHoles, 1, change));
+  };
+  const std::string place = "section HOLE, record 1: ";
+  const format::HolesData& data = *asset.objects[3].holes;
+  EXPECT_EQ(holes([](auto&) {}), "");
+  for (const uint32_t patches : {0u, data.triangles + 1, 0xffffffffu})
+    EXPECT_EQ(holes([&](auto& r) { r.patches = patches; }).find(place + "patches is"), 0u) << patches;
+  for (size_t i = 0; i < std::size(Record{}.reserved); ++i)
+    EXPECT_EQ(holes([&](auto& r) { r.reserved[i] = 1; }).find(place), 0u) << i;
+  EXPECT_EQ(holes([](auto& r) { r.holes.bytes -= 4; }).find(place), 0u);
+  EXPECT_EQ(holes([](auto& r) { r.holes.offset += 32; }).find(place), 0u);
+  EXPECT_EQ(holes([](auto& r) { r.holes.reserved = 1; }).find(place), 0u);
+
+  // What it holds.
+  const auto with = [&](const std::function<void(format::HolesData&)>& change) {
+    format::HolesData changed = data;
+    change(changed);
+    return why_damaged(test::with_holes(file, 1, changed));
+  };
+  const auto maps = uint32_t(asset.alpha_maps.size());
+  EXPECT_EQ(with([](auto&) {}), "");
+  EXPECT_NE(with([&](auto& d) { d.patches.back().map = maps; }).find("alpha map of a patch"),
+            std::string::npos);
+  EXPECT_NE(with([&](auto& d) { d.patches[0].map = 0xffffffff; }).find("alpha map of a patch"),
+            std::string::npos);
+  EXPECT_EQ(with([](auto& d) { d.patches[0].shift = 16; }), "");
+  for (const uint32_t shift : {17u, 32u, 0x80000000u})
+    EXPECT_NE(with([&](auto& d) { d.patches.back().shift = shift; }).find("shift of a patch"),
+              std::string::npos);
+  for (const bool last : {false, true})
+    EXPECT_NE(with([&](auto& d) {
+                d.patches.resize(2);  // three numbers, in two bits
+                std::vector<uint32_t> numbers(d.triangles, 1);
+                (last ? numbers.back() : numbers.front()) = 3;
+                d.set_numbers(numbers);
+              }).find("patch of a triangle"),
+              std::string::npos);
+  EXPECT_NE(with([](auto& d) {
+              ASSERT_NE(d.triangles % 32, 0u);
+              d.patches.resize(1);
+              d.set_numbers(std::vector<uint32_t>(d.triangles, 1));
+              d.numbers.back() |= 1u << 31;
+            }).find("after the last number"),
+            std::string::npos);
+}
+
+TEST(Refusal, AlphaMapRecords) {
+  using Record = format::AlphaMapRecord;
+  format::Asset asset = with_holes();
+  test::Random random(5);
+  while (asset.alpha_maps.size() < 2) test::add_random_alpha_map(random, asset.alpha_maps);
+  const Bytes file = format::encode(asset);
+  const auto map = [&](const std::function<void(Record&)>& change) {
+    return why_damaged(with_record<Record>(file, format::kAlphaMaps, 1, change));
+  };
+  const std::string place = "section ALPH, record 1: ";
+  EXPECT_EQ(map([](auto&) {}), "");
+  for (const uint32_t size : {0u, kernels::kMaxAlphaSide + 1, 0xffffffffu}) {
+    EXPECT_EQ(map([&](auto& r) { r.width = size; }).find(place + "width is "), 0u) << size;
+    EXPECT_EQ(map([&](auto& r) { r.height = size; }).find(place + "height is "), 0u) << size;
+  }
+  for (size_t a = 0; a < 2; ++a) {
+    for (const uint32_t wrap : {0u, 1u, 2u}) EXPECT_EQ(map([&](auto& r) { r.wrap[a] = uint8_t(wrap); }), "");
+    for (const uint32_t wrap : {3u, 255u})
+      EXPECT_EQ(map([&](auto& r) { r.wrap[a] = uint8_t(wrap); }).find(place + "wrap"), 0u) << wrap;
+  }
+  for (size_t i = 0; i < std::size(Record{}.reserved); ++i)
+    EXPECT_EQ(map([&](auto& r) { r.reserved[i] = 1; }).find(place), 0u) << i;
+  EXPECT_EQ(map([](auto& r) { r.tiles.reserved = 1; }).find(place), 0u);
+  EXPECT_EQ(map([](auto& r) { r.tiles.offset += 8; }).find(place), 0u);
+
+  // Payloads that no encoder makes.
+  const std::string damaged = place + "tiles payload is not what an encoder makes";
+  const auto with_tiles = [&](const std::function<void(Bytes&)>& change) {
+    std::vector<test::Part> parts = test::parts_of(file);
+    Bytes tiles = test::payload_of(parts, test::payload::kAlphaTiles, 1);
+    change(tiles);
+    test::set_payload(parts, test::payload::kAlphaTiles, 1, tiles);
+    return why_damaged(test::file_of(file, parts));
+  };
+  EXPECT_EQ(with_tiles([](auto&) {}), "");
+  EXPECT_EQ(with_tiles([](auto& t) { t.clear(); }), damaged);
+  EXPECT_EQ(with_tiles([](auto& t) { t.resize(t.size() + 8, std::byte{1}); }), damaged);
+  EXPECT_EQ(with_tiles([](auto& t) { std::fill_n(t.begin(), 4, std::byte{255}); }), damaged);
+  EXPECT_EQ(with_tiles([](auto& t) { std::fill(t.begin(), t.end(), std::byte{0}); }), damaged);
+
+  // Together they are too large, though each is not.
+  const auto clear = [](uint32_t width, uint32_t height, format::AlphaMaps& maps) {
+    kernels::AlphaMap one;
+    one.width = width;
+    one.height = height;
+    maps.add(one, std::make_shared<std::vector<uint64_t>>(kernels::alpha_tiles(width, height)));
+  };
+  format::Asset large = with_holes();
+  large.alpha_maps.clear();
+  for (int i = 0; i < 4; ++i) clear(kernels::kMaxAlphaSide, kernels::kMaxAlphaSide, large.alpha_maps);
+  for (format::Object& object : large.objects)
+    if (object.holes)
+      for (kernels::AlphaPatch& patch : object.holes->patches) patch.map %= 4;
+  const Bytes most = format::encode(large);
+  EXPECT_LT(most.size(), 1u << 16);
+  EXPECT_EQ(why_damaged(most), "");
+  std::vector<test::Part> parts = test::parts_of(most);
+  test::Part& maps = test::section_of(parts, format::kAlphaMaps);
+  Record one_more{};
+  one_more.width = one_more.height = 1;
+  const auto bytes = std::as_bytes(std::span(&one_more, 1));
+  maps.content.insert(maps.content.end(), bytes.begin(), bytes.end());
+  const std::string sentence = why_damaged(test::file_of(most, parts));
+  EXPECT_EQ(sentence.find("section ALPH, record 4: "), 0u) << sentence;
+  EXPECT_NE(sentence.find("2^30"), std::string::npos) << sentence;
+}
+
 TEST(Refusal, Payload) {
   const format::Asset asset = format::to_asset(format::read_asset(good(), "file"));
   const format::PlanesData& object = *asset.objects[0].planes;

@@ -5,24 +5,19 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstring>
 #include <limits>
-#include <memory>
 
-#include "kernels/cpu/cpu_encodings.hpp"
-#include "kernels/reference/batch.hpp"
 #include "kernels/reference/triangles/triangles_hit.hpp"
+#include "tests/kernels/each_way.hpp"
 #include "tests/support/random_bvh.hpp"
 
 namespace nif::test {
 namespace {
 
-using kernels::Segment;
 using kernels::TrianglesField;
 using kernels::cpu::decode;
 using kernels::cpu::DecodedNode;
 using kernels::cpu::DecodedTree;
-using kernels::cpu::Isa;
 
 constexpr size_t kNoLimit = std::numeric_limits<size_t>::max();
 
@@ -52,33 +47,6 @@ std::vector<format::TrianglesData> trees() {
     }
   return all;
 }
-
-/// An object as a file has it: vertices right after the nodes, then the triangles.
-class Payload {
- public:
-  explicit Payload(const format::TrianglesData& bvh) {
-    const TrianglesField data = format::field_of(bvh);
-    const size_t nodes = data.node_count * sizeof(kernels::BvhNode);
-    const size_t vertices = data.vertex_count * sizeof(data.vertices[0]);
-    const size_t triangles = data.triangle_count * sizeof(data.triangles[0]);
-    words_.resize((nodes + vertices + triangles + 3) / 4);
-    auto* const bytes = reinterpret_cast<std::byte*>(words_.data());
-    std::memcpy(bytes, data.nodes, nodes);
-    std::memcpy(bytes + nodes, data.vertices, vertices);
-    std::memcpy(bytes + nodes + vertices, data.triangles, triangles);
-    field_ = data;
-    field_.nodes = reinterpret_cast<const kernels::BvhNode*>(bytes);
-    field_.vertices = reinterpret_cast<const float(*)[3]>(bytes + nodes);
-    field_.triangles = reinterpret_cast<const uint8_t(*)[3]>(bytes + nodes + vertices);
-  }
-  Payload(const Payload&) = delete;
-  Payload& operator=(const Payload&) = delete;
-  const TrianglesField& field() const { return field_; }
-
- private:
-  std::vector<uint32_t> words_;
-  TrianglesField field_;
-};
 
 /// Counts how often each triangle is below a node, and checks boxes and corners.
 class Checker {
@@ -210,78 +178,22 @@ TEST(DecodedTree, KeepsItsLimit) {
     EXPECT_EQ(decode(field, most, memory).bytes(), 0u) << most;
 }
 
-struct Way {
-  Isa isa;
-  bool decoded;
-};
-
 class DecodedKernels : public testing::TestWithParam<Way> {};
-
-bool same_bits(const kernels::Hit& a, const kernels::Hit& b) { return std::memcmp(&a, &b, sizeof(a)) == 0; }
 
 TEST_P(DecodedKernels, GiveTheReferencesBits) {
   if (!kernels::cpu::available(GetParam().isa)) GTEST_SKIP() << "this machine does not have it";
-  struct Work {
-    kernels::SegmentBatch batch;
-    kernels::AnswerBatch answers;
-    kernels::HitBatch hits;
-    float limit[kernels::kBatchRays];
-    alignas(64) std::byte scratch[kernels::kKernelScratchBytes];
-  };
-  const auto work = std::make_unique<Work>();
   Random random(3);
-  uint64_t met = 0, rays = 0;
+  Asked asked;
   for (const format::TrianglesData& bvh : trees()) {
-    const Payload payload(bvh);
-    const TrianglesField& field = payload.field();
-    kernels::cpu::SharedCopies copies;
-    kernels::cpu::KernelOptions options{GetParam().isa, std::pmr::new_delete_resource(), copies};
-    if (!GetParam().decoded) options.most_decoded = 0;
-    const auto kernel = kernels::cpu::make_kernel(field, options);
-    EXPECT_EQ(kernel->built_bytes().decoded_triangles > 0, GetParam().decoded);
-    for (const uint32_t count : {1u, 7u, 100u, kernels::kBatchRays}) {
-      work->batch.count = count;
-      for (uint32_t i = 0; i < count; ++i) {
-        set_segment(work->batch, i, random_segment(random, field));
-        work->limit[i] = kernels::kNoHit;
-      }
-      kernel->answer(work->batch, work->answers, work->scratch);
-      kernel->intersect(work->batch, work->limit, work->hits, work->scratch);
-      for (uint32_t i = 0; i < count; ++i) {
-        const Segment segment = segment_of(work->batch, i);
-        const kernels::Answer answer = query(field, segment);
-        ASSERT_EQ(work->answers.logit[i], answer.logit);
-        ASSERT_EQ(work->answers.certain[i] != 0, answer.certain);
-        const kernels::Hit hit = intersect(field, segment);
-        ASSERT_TRUE(same_bits(hit_of(work->hits, i), hit)) << hit.t << ' ' << work->hits.t[i];
-        met += hit.t < kernels::kNoHit;
-        ++rays;
-        // Of a hit beyond the limit only that it is beyond counts.
-        if (random.below(2) == 0) work->limit[i] = hit.t < kernels::kNoHit ? hit.t * random.unit() * 2 : 1;
-      }
-      kernel->intersect(work->batch, work->limit, work->hits, work->scratch);
-      for (uint32_t i = 0; i < count; ++i) {
-        const kernels::Hit hit = intersect(field, segment_of(work->batch, i)),
-                           limited = hit_of(work->hits, i);
-        if (hit.t <= work->limit[i])
-          ASSERT_TRUE(same_bits(limited, hit));
-        else
-          ASSERT_GT(limited.t, work->limit[i]);
-      }
-    }
+    const TreePayload payload(bvh);
+    ASSERT_NO_FATAL_FAILURE(
+        expect_reference_bits(payload.field(), GetParam(), random, asked,
+                              [](const kernels::Segment&, const kernels::Answer&, const kernels::Hit&) {}));
   }
-  EXPECT_GT(met, rays / 4);
+  EXPECT_GT(asked.met, asked.rays / 4);
 }
 
-std::string name_of(const testing::TestParamInfo<Way>& info) {
-  constexpr const char* kNames[] = {"sse4", "avx2", "avx512", "neon"};
-  return std::string(kNames[size_t(info.param.isa)]) + (info.param.decoded ? "_decoded" : "_packed");
-}
-INSTANTIATE_TEST_SUITE_P(Each, DecodedKernels,
-                         testing::Values(Way{Isa::sse4, true}, Way{Isa::avx2, true}, Way{Isa::avx512, true},
-                                         Way{Isa::neon, true}, Way{Isa::sse4, false}, Way{Isa::avx2, false},
-                                         Way{Isa::avx512, false}, Way{Isa::neon, false}),
-                         name_of);
+INSTANTIATE_TEST_SUITE_P(Each, DecodedKernels, each_way(), name_of);
 
 }  // namespace
 }  // namespace nif::test

@@ -28,7 +28,7 @@ std::vector<format::Asset> assets() {
   std::vector<format::Asset> all;
   for (const uint32_t coded : {0u, 7u})
     for (uint64_t seed = 1; seed <= 4; ++seed)
-      for (uint32_t kind = 0; kind < 6; ++kind) {
+      for (uint32_t kind = 0; kind < 7; ++kind) {
         RandomAssetOptions options;
         options.objects = kind == 0 ? 2 : 0;
         options.instances = seed % 2 ? 1 : 0;
@@ -44,6 +44,7 @@ std::vector<format::Asset> assets() {
         options.numbers = kind == 2;
         options.coded = coded;
         if (kind == 5) options.bvhs = 2;
+        options.cutouts = kind == 6;
         all.push_back(random_asset(seed, options));
       }
   return all;
@@ -437,6 +438,62 @@ void break_optional(Collection& collection) {
                                                      [](auto& record) { record.object = 0; }));
 }
 
+/// A map of clear tiles.
+void add_clear_map(uint32_t side, format::AlphaMaps& maps) {
+  kernels::AlphaMap map;
+  map.width = map.height = side;
+  maps.add(map, std::make_shared<std::vector<uint64_t>>(kernels::alpha_tiles(side, side)));
+}
+
+/// Alpha maps, and the places of triangles in them.
+void break_holes(Collection& collection) {
+  RandomAssetOptions options;
+  options.objects = options.instances = 0;
+  options.cutouts = 1;
+  for (uint64_t seed = 1; seed <= 20; ++seed) {
+    format::Asset asset = random_asset(seed, options);
+    asset.alpha_maps.clear();
+    add_clear_map(1, asset.alpha_maps);
+    format::HolesData holes;
+    holes.patches = {{}};
+    holes.set_numbers(std::vector<uint32_t>(asset.objects[0].triangles->triangles.size(), 1));
+    asset.objects[0].holes = holes;
+    const Bytes good = format::encode(asset);
+    const auto map = [&](const std::function<void(format::AlphaMapRecord&)>& change) {
+      collection.offer(with_record<format::AlphaMapRecord>(good, format::kAlphaMaps, 0, change));
+    };
+    map([](auto& r) { r.width = 0; });
+    map([](auto& r) { r.wrap[1] = kernels::kAlphaWraps; });
+    const auto with = [&](const std::function<void(format::HolesData&)>& change) {
+      format::HolesData changed = holes;
+      change(changed);
+      collection.offer(with_holes(good, 0, changed));
+    };
+    with([](auto& h) { h.patches[0].map = 1; });
+    with([](auto& h) { h.patches[0].shift = kernels::kAlphaFraction + 1; });
+    with([](auto& h) {
+      h.patches.resize(h.triangles + 1);
+      h.set_numbers(std::vector<uint32_t>(h.triangles));
+    });
+    with([](auto& h) {
+      h.patches.resize(2);  // so numbers of two bits
+      h.set_numbers(std::vector<uint32_t>(h.triangles, 3));
+    });
+    add_clear_map(1, asset.alpha_maps);
+    collection.offer(format::encode(asset));
+  }
+  // More texels than a file may have.
+  format::Asset large = random_asset(1, options);
+  large.alpha_maps.clear();
+  for (int i = 0; i < 4; ++i) add_clear_map(kernels::kMaxAlphaSide, large.alpha_maps);
+  const Bytes good = format::encode(large);
+  std::vector<Part> parts = parts_of(good);
+  Part& maps = section_of(parts, format::kAlphaMaps);
+  maps.content.insert(maps.content.end(), maps.content.end() - ptrdiff_t(maps.record_size),
+                      maps.content.end());
+  collection.offer(file_of(good, parts));
+}
+
 /// Levels, instances and flags that contradict each other, or that are unknown.
 void break_placing(Collection& collection) {
   const Bytes good =
@@ -475,6 +532,7 @@ void break_by_hand(Collection& collection) {
     break_reach(format::encode(random_asset(seed, exact)), collection);
   }
   break_optional(collection);
+  break_holes(collection);
   break_placing(collection);
 }
 

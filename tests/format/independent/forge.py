@@ -88,11 +88,11 @@ class Forge:
         _, _, size, data = self.section(kind)
         return struct.unpack_from("<" + layout, data, record * size + place)
 
-    def widen(self, kind, by):
-        """Gives each record some more bytes, which are not 0."""
+    def widen(self, kind, by, byte=0xEE):
+        """Gives each record some more bytes."""
         section = self.section(kind)
         size, data = section[2], section[3]
-        section[3] = bytearray(b"".join(data[at : at + size] + b"\xee" * by for at in range(0, len(data), size)))
+        section[3] = bytearray(b"".join(data[at : at + size] + bytes([byte]) * by for at in range(0, len(data), size)))
         section[2] = size + by
 
     def open_hole(self, by):

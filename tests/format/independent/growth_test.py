@@ -18,15 +18,18 @@ from asset import Asset, Piece
 from check import SIZES, WHOLE, differing, every
 from extras import unpack
 from forge import Forge, entries, with_table_checksums
+from holes import AlphaMap
 from scene import object_scene, whole_scene
 from shell import KEEP, PAYLOADS, REQUIRED, Refused, crc32c
 
 DAMAGED, UNSUPPORTED = 32, 33
 GOLDEN = Path("tests/golden")
-RECORDS = "OBJS INST PLAN TRIS NETW MLPS SPHR SNET NUMS COLR".split()
+RECORDS = "OBJS INST PLAN TRIS NETW MLPS SPHR SNET HOLE ALPH NUMS COLR".split()
 # The first has 5 objects: segment, bvh (2), exact (2), those from 1 to 3 with source triangles; none is an instance. The
 # second has objects of all encodings, with 4 instances.
 SOURCE, PLACED, SINGLE = "v2-source", "v2-translations", "v2-single"
+# Three objects without holes, then four with, of three maps.
+CUTOUT = "v2-cutout"
 
 
 def forge(name):
@@ -62,7 +65,7 @@ class Growth(unittest.TestCase):
         return file
 
     def test_unchanged(self):
-        for name in (SOURCE, PLACED, SINGLE):
+        for name in (SOURCE, PLACED, SINGLE, CUTOUT):
             data = (GOLDEN / f"{name}.nif").read_bytes()
             self.assertEqual(forge(name).bytes(), data)
             self.answers(data, name)
@@ -227,10 +230,12 @@ class Growth(unittest.TestCase):
             Piece(reader(data), 0)
 
     def test_sizes_of_records(self):
-        for name in (SOURCE, PLACED, "v2-colors"):
+        for name in (SOURCE, PLACED, CUTOUT, "v2-colors"):
             file = forge(name)
             for kind in RECORDS:
                 if any(section[0] == kind for section in file.sections):
+                    if kind == "OBJS" and name != CUTOUT:
+                        file.widen(kind, 8, 0xFF)  # no holes
                     file.widen(kind, 8 if kind < "N" else 72)
             self.answers(file, name)
         file = forge(SOURCE)
@@ -247,7 +252,7 @@ class Growth(unittest.TestCase):
     # Payloads
 
     def test_holes(self):
-        for name, by in ((SOURCE, 192), ("v2-spherical", 64)):
+        for name, by in ((SOURCE, 192), (CUTOUT, 64), ("v2-spherical", 64)):
             file = forge(name)
             file.open_hole(by)
             data = file.bytes()
@@ -309,6 +314,61 @@ class Growth(unittest.TestCase):
         offset, length = file.get("TRIS", 0, 16, "QQ")
         self.assertNotEqual((offset + length) % 64, 0)
         data[offset + length] = 1
+        self.refused(file)
+
+    # Triangles with holes
+
+    def test_flag_of_holes(self):
+        (flags,) = forge(CUTOUT).get("OBJS", 4, 0, "I")
+        self.assertEqual(flags, 1)
+        self.refused(self.changed(CUTOUT, "OBJS", 4, 0, "I", 0))
+        self.refused(self.changed(CUTOUT, "OBJS", 0, 0, "I", 1))
+        self.refused(self.changed(SOURCE, "OBJS", 1, 0, "I", 1))
+        self.refused(self.changed(CUTOUT, "OBJS", 4, 80, "I", 0))
+        self.refused(self.changed(CUTOUT, "OBJS", 4, 80, "I", WHOLE))
+        self.answers(self.changed(CUTOUT, "OBJS", 4, 84, "I", 7), CUTOUT)
+        file = forge(SOURCE)
+        file.widen("OBJS", 8, 0)
+        self.refused(file)
+
+    def test_objects_with_holes_may_be_unknown(self):
+        file = self.changed(CUTOUT, "OBJS", 4, 0, "I", 1 | 2)
+        file.set("HOLE", 1, 0, "40s", b"\xff" * 40)
+        asset = self.answers(file, CUTOUT, {4, WHOLE})
+        self.assertIsNone(asset.objects[4])
+        self.refused(self.changed(CUTOUT, "OBJS", 4, 0, "I", 2))
+
+    def test_records_of_holes(self):
+        count = len(Asset(forge(CUTOUT).bytes()).items[4].triangles.triangles)
+        for place, value in ((0, 0), (0, count + 1), (4, 1), (12, 1), (24, 8)):
+            self.refused(self.changed(CUTOUT, "HOLE", 1, place, "I", value))
+
+    def test_holes(self):
+        for place, value in ((0, 3), (4, 17), (4, 2**32 - 1)):
+            file = forge(CUTOUT)
+            offset, _ = file.get("HOLE", 1, 16, "QQ")
+            struct.pack_into("<I", file.section("DATA")[3], offset + place, value)
+            self.refused(file)
+        # All bits of the numbers of patches.
+        file = forge(CUTOUT)
+        offset, length = file.get("HOLE", 1, 16, "QQ")
+        (patches,) = file.get("HOLE", 1, 0, "I")
+        file.section("DATA")[3][offset + 32 * patches : offset + length] = b"\xff" * (length - 32 * patches)
+        self.refused(file)
+
+    def test_alpha_maps(self):
+        for place, layout, value in ((0, "I", 0), (4, "I", 16385), (8, "B", 3), (9, "B", 255), (10, "B", 1), (15, "B", 1)):
+            self.refused(self.changed(CUTOUT, "ALPH", 1, place, layout, value))
+
+    def test_beyond_alpha_maps(self):
+        for beyond, expected in enumerate(("012012012", "210012210", "000012222")):
+            self.assertEqual("".join(str(AlphaMap._within(texel, 3, beyond)) for texel in range(-3, 6)), expected)
+
+    def test_most_texels(self):
+        file = forge(CUTOUT)
+        record = bytearray(file.section("ALPH")[3][-40:])
+        struct.pack_into("<2I", record, 0, 16384, 16384)
+        file.section("ALPH")[3] += record * 4
         self.refused(file)
 
     # Levels
