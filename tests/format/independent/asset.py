@@ -7,6 +7,7 @@ import math
 import bvh
 import exact
 import extras
+import holes
 import planes
 import proof
 import segment
@@ -15,12 +16,13 @@ from container import PARTS, File
 from scene import IDENTITY
 from shell import Payloads, require, support
 
-MODULES = {"planes": planes, "triangles": bvh, "network": segment, "spherical": spherical}
-PAYLOADS = {"planes": 2, "triangles": 1, "network": 2, "spherical": 1}  # at the end of a record
+MODULES = {"planes": planes, "triangles": bvh, "network": segment, "spherical": spherical, "holes": holes}
+PAYLOADS = {"planes": 2, "triangles": 1, "network": 2, "spherical": 1, "holes": 1}  # at the end of a record
 # Of parts whose records name one in another section: that section, its layout, and what reads a record of it.
 SHARED = {
     "network": ("MLPS", segment.MLP_LAYOUT, segment.read_mlp),
     "spherical": ("SNET", spherical.PAIR_LAYOUT, spherical.read_pair),
+    "holes": ("ALPH", holes.MAP_LAYOUT, holes.read_map),
 }
 
 
@@ -96,18 +98,17 @@ class _Shared(list):
     """All that objects share."""
 
     def __init__(self, file, part, payloads):
-        section, layout, read = SHARED[part]
-        if section in file.sections:
-            self += [read(number, fields, payloads) for number, fields in enumerate(file.sections[section].records(layout))]
+        read = SHARED[part][2]
+        self += [read(number, fields, payloads) for number, fields in enumerate(_shared_records(file, part))]
 
 
 class _Fetched:
     """What objects share, each read when it is asked for."""
 
     def __init__(self, file, part):
-        section, layout, self.read = SHARED[part]
+        self.read = SHARED[part][2]
         self.data = file.sections["DATA"]
-        self.records = file.sections[section].records(layout) if section in file.sections else []
+        self.records = _shared_records(file, part)
         self.found = {}
 
     def __len__(self):
@@ -117,6 +118,14 @@ class _Fetched:
         if number not in self.found:
             self.found[number] = self.read(number, self.records[number], Payloads(self.data, None))
         return self.found[number]
+
+
+def _shared_records(file, part):
+    section, layout, _ = SHARED[part]
+    records = file.sections[section].records(layout) if section in file.sections else []
+    if part == "holes":
+        holes.check_maps(records)
+    return records
 
 
 def _exactly(read):
@@ -149,7 +158,7 @@ def _range(file, item):
 
 def _read(file, item, payloads, shared):
     """An object, ready to answer."""
-    for part in item.parts:  # a network stands on planes
+    for part in item.parts:  # a network stands on planes, holes are in triangles
         with_shared = (shared[part],) if part in SHARED else ()
         setattr(item, part, MODULES[part].read(item, _record(file, item, part), payloads, *with_shared))
     if item.encoding == "exact":

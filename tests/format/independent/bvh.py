@@ -14,6 +14,10 @@ MAX = 2**31 - 1
 LIMIT_DEPTH = 40
 
 
+def always(weight, total, number):
+    return True
+
+
 class Tree:
     """triangles     three vertices each, in the order of the payload
     root_low, root_high  of the root's used slots
@@ -110,19 +114,21 @@ class Tree:
     def certain(self, o):
         return max(map(abs, o)) <= single(self.extent * 2.0**20)
 
-    def answer(self, o, d, tmin, tmax):
+    def answer(self, o, d, tmin, tmax, blocks=always):
+        """blocks(weight, total, number): whether a triangle blocks a ray that meets it there"""
         answer = self.settled(o, d, tmin, tmax)
         if answer is None:
-            met = next(self._met(o, d, tmin, tmax), None) is not None
+            met = any(blocks(*met[1:]) for met in self._met(o, d, tmin, tmax))
             answer = (-MAX if met else MAX), not met, self.certain(o)
         return answer
 
-    def hit(self, o, d, tmin, tmax):
+    def hit(self, o, d, tmin, tmax, blocks=always):
         answer = self.settled(o, d, tmin, tmax)
         if answer is not None:
             return none(answer[2])
         # The first of several at the same t.
-        nearest = min(self._met(o, d, tmin, tmax), key=lambda met: met[0], default=None)
+        counting = (met for met in self._met(o, d, tmin, tmax) if blocks(*met[1:]))
+        nearest = min(counting, key=lambda met: met[0], default=None)
         if nearest is None:
             return none(self.certain(o))
         t, weight, total, number = nearest

@@ -133,7 +133,7 @@ def check_pieces(path, answers):
 def own_ranges(data, item):
     """Of DATA, by the page: from the first payload of an object to the end of the last one, and what it shares."""
     forge = Forge(data)
-    records = {"planes": "PLAN", "triangles": "TRIS", "network": "NETW", "spherical": "SPHR"}
+    records = {"planes": "PLAN", "triangles": "TRIS", "network": "NETW", "spherical": "SPHR", "holes": "HOLE"}
     stated = []
     for part, number in item.parts.items():
         stated += [forge.get(records[part], number, place, "QQ") for place in PLACES[records[part]][1]]
@@ -141,6 +141,10 @@ def own_ranges(data, item):
             shared = "MLPS" if part == "network" else "SNET"
             offset, length = forge.get(shared, *forge.get(records[part], number, 0, "I"), *PLACES[shared][1], "QQ")
             yield offset, offset + length
+        if part == "holes":
+            for number in item.holes.maps:
+                offset, length = forge.get("ALPH", number, *PLACES["ALPH"][1], "QQ")
+                yield offset, offset + length
     yield min(offset for offset, _ in stated), max(sum(x) for x in stated)
 
 

@@ -10,6 +10,8 @@ MOST_FLOAT = (2 - 2.0**-23) * 2.0**127
 NONE = 2**32 - 1
 LIMIT_LEVEL = 15
 DISABLED = 1
+CUT_OUTS = 1
+RECORD = "6I2I6ffIf3I"
 
 # The parts of objects, in the order of the object record. The sections of each are all present, or all absent; the
 # first has a record for each object with the part.
@@ -18,6 +20,7 @@ PARTS = {
     "triangles": ["TRIS"],
     "network": ["NETW", "MLPS"],
     "spherical": ["SPHR", "SNET"],
+    "holes": ["HOLE", "ALPH"],
 }
 # What objects with these parts and no others are called.
 ENCODINGS = {
@@ -26,6 +29,7 @@ ENCODINGS = {
     ("triangles",): "bvh",
     ("planes", "triangles"): "exact",
     ("planes",): "proof",
+    ("triangles", "holes"): "cutout",
 }
 
 
@@ -38,9 +42,9 @@ class File(Shell):
     def __init__(self, read, length=None):
         super().__init__(read, length)
         names = _Names(self.sections["NAME"].data)
-        self.objects = [
-            Object(number, fields, names) for number, fields in enumerate(self.sections["OBJS"].records("6I2I6ffIf3I"))
-        ]
+        objects = self.sections["OBJS"]
+        layout = RECORD + "I" if objects.record_size >= struct.calcsize(RECORD) + 8 else RECORD
+        self.objects = [Object(number, fields, names) for number, fields in enumerate(objects.records(layout))]
         self._check_objects()
         layout = "3d9fI2IQ4I"
         self.instances = [
@@ -96,7 +100,8 @@ class Object:
     def __init__(self, number, fields, names):
         place = self.place = f"object {number}"
         self.number, self.level = number, fields[5]
-        self.parts = {part: index for part, index in zip(PARTS, fields[1:5]) if index != NONE}
+        # Shorter records end before the last part.
+        self.parts = {part: index for part, index in zip(PARTS, (*fields[1:5], *fields[20:])) if index != NONE}
         self.name = names.take(fields[6], fields[7], place)
         self.low, self.high = fields[8:11], fields[11:14]
         self.bias, self.error = fields[14], fields[16]
@@ -106,10 +111,12 @@ class Object:
         require(all(a <= b for a, b in zip(self.low, self.high)), place, "bounds: minimum above maximum")
         require(self.bias >= 0, place, "bias is negative")
         require(self.error >= 0, place, "error is negative")
-        reserved(fields[17:], place)
+        reserved(fields[17:20], place)
+        flags = fields[0] & MUST_KNOW
+        require(bool(flags & CUT_OUTS) == ("holes" in self.parts), place, "cut-outs without holes, or holes without")
         self.unsupported = None
-        if fields[0] & MUST_KNOW:
-            self.unsupported = f"flags {fields[0] & MUST_KNOW:#x}"
+        if flags & ~CUT_OUTS:
+            self.unsupported = f"flags {flags:#x}"
         elif tuple(self.parts) not in ENCODINGS:
             self.unsupported = f"parts {' and '.join(self.parts) or 'none'}"
 

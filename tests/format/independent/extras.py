@@ -30,11 +30,11 @@ def read_numbers(file, only=None):
         n = n or 2**32
         tree = item.triangles
         count = len(tree.vertices) if kind == SOURCE_VERTICES else len(tree.triangles)
-        found[kind][which] = _unpack(payloads.take(payload, place), count, n, place)
+        found[kind][which] = unpack(payloads.take(payload, place), count, n, place)
     return found
 
 
-def _unpack(payload, count, n, place):
+def unpack(payload, count, n, place):
     bits = max((n - 1).bit_length(), 1)
     size = (bits * count + 31) // 32 * 4
     require(len(payload) == size, place, f"a payload of {len(payload)} bytes, not {size}")

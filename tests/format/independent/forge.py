@@ -14,6 +14,8 @@ PLACES = {
     "MLPS": ("DATA", (64,)),
     "SPHR": ("DATA", (16,)),
     "SNET": ("DATA", (48,)),
+    "HOLE": ("DATA", (16,)),
+    "ALPH": ("DATA", (16,)),
     "PRIM": ("PVAL", (48,)),
     "NUMS": ("NVAL", (16,)),
     "COLR": ("CVAL", (16,)),

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from asset import Asset, Piece
 from check import SIZES, WHOLE, differing, every
-from extras import _unpack
+from extras import unpack
 from forge import Forge, entries, with_table_checksums
 from scene import object_scene, whole_scene
 from shell import KEEP, PAYLOADS, REQUIRED, Refused, crc32c
@@ -107,7 +107,7 @@ class Growth(unittest.TestCase):
     # Objects that cannot be answered
 
     def test_unknown_flags_of_an_object(self):
-        for which, bit in ((0, 0), (2, 1), (4, 15)):
+        for which, bit in ((0, 1), (2, 2), (4, 15)):
             file = self.changed(SOURCE, "OBJS", which, 0, "I", 1 << bit)
             # Nothing of its records and payloads is looked at.
             for kind, part in (("PLAN", 4), ("TRIS", 8), ("NETW", 12)):
@@ -206,7 +206,7 @@ class Growth(unittest.TestCase):
     # Sections
 
     def test_unknown_sections(self):
-        for kind in ("ALPH", "acme", "Z\x01\n\xff"):
+        for kind in ("ZEBR", "acme", "Z\x01\n\xff"):
             for flags in (0, PAYLOADS | KEEP, KEEP | 1 << 31):
                 file = forge(SINGLE)
                 file.sections.insert(2, [kind, flags, 24, bytearray(b"\xff" * 48)])
@@ -437,7 +437,7 @@ class Growth(unittest.TestCase):
                 Asset(self.with_numbers(4, kind, n, zeros).bytes())
         if count % 32:
             self.refused(self.with_numbers(4, 2, 2, bytes((count + 31) // 32 * 4 - 1) + b"\x80"))
-        self.assertEqual(_unpack(struct.pack("<2I", 7, 2**32 - 1), 2, 2**32, ""), [7, 2**32 - 1])
+        self.assertEqual(unpack(struct.pack("<2I", 7, 2**32 - 1), 2, 2**32, ""), [7, 2**32 - 1])
 
     def test_optional_sections_come_in_pairs(self):
         for kind in ("NUMS", "NVAL"):

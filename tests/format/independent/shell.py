@@ -28,6 +28,8 @@ SECTIONS = {
     "MLPS": (REQUIRED, 88),
     "SPHR": (REQUIRED, 40),
     "SNET": (REQUIRED, 72),
+    "HOLE": (0, 40),
+    "ALPH": (0, 40),
     "DATA": (REQUIRED | PAYLOADS, 0),
     "PRIM": (0, 72),
     "PVAL": (PAYLOADS, 0),
