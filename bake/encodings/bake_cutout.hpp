@@ -21,7 +21,7 @@ struct CutoutBaking {
   struct Report {};
   static constexpr bool kForHoles = true;
   static constexpr bool kAutomatic = true;
-  static constexpr std::string_view kStandsInFor;
+  static constexpr std::string_view kStandsInFor{};
   static constexpr bool kGrids = false;
   static constexpr AnswerKind kKind = AnswerKind::exact;
   static constexpr const char* kHelp = "exact triangles of which some have holes";

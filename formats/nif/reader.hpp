@@ -110,7 +110,7 @@ struct AssetView {
   std::pmr::vector<SphericalNetworksView> spherical_networks;  ///< shared by `spherical` objects
   std::pmr::vector<kernels::AlphaMap> alpha_maps;              ///< shared by objects with holes
   PayloadBytes alpha_map_bytes;                                ///< of all of them
-  uint64_t alpha_texels = 0;                                   ///< likewise
+  uint64_t alpha_tiles = 0;                                    ///< likewise
   std::pmr::vector<InstanceView> instances;
   std::pmr::vector<PrimaryView> primaries;  ///< in the order of their objects
   std::pmr::vector<NumbersView> numbers;    ///< likewise, then of their kinds

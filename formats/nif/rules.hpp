@@ -163,7 +163,7 @@ namespace nif::format {
   RULE(711, numbers_order, damaged_nif, "does not come after the record before: by object, then by kind")  \
   RULE(750, alpha_map_size, damaged_nif, "width or height is out of range")                                \
   RULE(751, alpha_wrap, damaged_nif, "wrap is out of range")                                               \
-  RULE(752, alpha_texels, damaged_nif, "the alpha maps of the file have more than 2^30 texels together")   \
+  RULE(752, alpha_tiles, damaged_nif, "the alpha maps of the file have more than 2^24 tiles together")     \
   RULE(753, patch_count, damaged_nif, "patches is out of range")                                           \
   RULE(754, patch_map, damaged_nif, "the alpha map of a patch is out of range")                            \
   RULE(755, patch_shift, damaged_nif, "the shift of a patch is out of range")                              \

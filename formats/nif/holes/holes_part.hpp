@@ -25,7 +25,7 @@ enum HolesSection : uint32_t {
 };
 
 /// Of all maps of a file together: 128 MiB in memory.
-inline constexpr uint64_t kMostAlphaTexels = uint64_t{1} << 30;
+inline constexpr uint64_t kMostAlphaTiles = uint64_t{1} << 24;
 
 struct AlphaMapRecord {    // 40 bytes
   uint32_t width, height;  ///< in texels, 1 to kernels::kMaxAlphaSide

@@ -21,12 +21,13 @@ kernels::AlphaMap read_record(const AlphaMapRecord& record, const Reading& readi
     map.wrap[a] = record.wrap[a];
   }
   place.require(all_zero(record.reserved), Rule::reserved_not_zero);
-  asset.alpha_texels += uint64_t{record.width} * record.height;
-  place.require(asset.alpha_texels <= kMostAlphaTexels, Rule::alpha_texels);
+  const uint64_t tiles = kernels::alpha_tiles(map.width, map.height);
+  asset.alpha_tiles += tiles;
+  place.require(asset.alpha_tiles <= kMostAlphaTiles, Rule::alpha_tiles);
   const Bytes payload = payloads.next(record.tiles, record.tiles.bytes, "tiles", place);
   map.tiles = reinterpret_cast<const uint64_t*>(
-      usable(payload, true, kernels::alpha_tiles(map.width, map.height) * sizeof(uint64_t), "tiles", place,
-             asset.decoded, asset.alpha_map_bytes, [&](std::byte* to) {
+      usable(payload, true, tiles * sizeof(uint64_t), "tiles", place, asset.decoded, asset.alpha_map_bytes,
+             [&](std::byte* to) {
                RangeDecoder decoder(payload);
                return AlphaMapCoder(decoder, map, nullptr, reinterpret_cast<uint64_t*>(to)).code() &&
                       decoder.complete();

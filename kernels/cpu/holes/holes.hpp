@@ -32,7 +32,7 @@ struct SomeHoles {
 
   /// Triangles of a decoded leaf, as bits.
   uint32_t in_leaf(uint32_t leaf) const { return lanes[leaf]; }
-  bool in_triangle(uint32_t triangle) const { return patch_of(*holes, triangle) != nullptr; }
+  const AlphaPatch* patch(uint32_t triangle) const { return patch_of(*holes, triangle); }
   /// As AllTriangles.
   bool operator()(uint32_t triangle, const TriangleCrossing<double>& crossing) const {
     return BlockingTriangles{*holes}(triangle, crossing);
@@ -44,7 +44,6 @@ struct NoHoles : AllTriangles {
   static constexpr bool kAny = false;
 
   static constexpr uint32_t in_leaf(uint32_t) { return 0; }
-  static constexpr bool in_triangle(uint32_t) { return false; }
 };
 
 }  // namespace nif::kernels::cpu

@@ -14,9 +14,11 @@
 
 #include <hwy/highway.h>
 
+#include <type_traits>
 #include <utility>
 
 #include "kernels/cpu/holes/holes.hpp"
+#include "kernels/cpu/holes/texels-inl.hpp"
 #include "kernels/cpu/triangles/boxes-inl.hpp"
 #include "kernels/cpu/triangles/exact_hits-inl.hpp"
 #include "kernels/cpu/triangles/large-inl.hpp"
@@ -138,6 +140,28 @@ inline constexpr uint32_t triangles_in(Child leaf) {
   return kLeafBits >> (kBvhLeafTriangles - 1 - leaf % kBvhLeafTriangles);
 }
 
+/// What a traversal must know of a leaf.
+template <class Holes>
+using DepthsFor = std::conditional_t<Holes::kAny, LeafDepthsAndSides, LeafDepths>;
+
+/// What is known of triangles of a leaf in single precision, as bits.
+struct KnownHoles {
+  uint32_t block = 0, pass = 0;  ///< wherever they surely are met
+};
+HWY_INLINE KnownHoles known_holes(const SomeHoles& holes, const DecodedLeaf& leaf,
+                                  const LeafDepthsAndSides& depths, uint32_t lanes) {
+  KnownHoles known;
+  for (; lanes != 0; lanes &= lanes - 1) {
+    const uint32_t i = lowest_bit(lanes);
+    const float side[3] = {depths.side[0][i], depths.side[1][i], depths.side[2][i]};
+    const Blocks blocks =
+        blocks_in_single(*holes.holes, *patch_of(*holes.holes, leaf.triangles[i]), side, depths.error[i]);
+    known.block |= uint32_t(blocks == Blocks::yes) << i;
+    known.pass |= uint32_t(blocks == Blocks::no) << i;
+  }
+  return known;
+}
+
 /// Does the ray meet this triangle, as the reference defines it, and does the triangle block it there?
 template <class Holes>
 HWY_INLINE bool blocks_exactly(const Holes& holes, const TriangleRay& ray, const TriangleCorners& triangle) {
@@ -152,6 +176,7 @@ class AnyTriangle {
  public:
   static constexpr bool kNearestFirst = false;
   struct State {};
+  using Depths = DepthsFor<Holes>;
 
   AnyTriangle(const BvhTree& tree, const Holes& holes, const SegmentBatch& batch, AnswerBatch& answers)
       : tree_(tree), holes_(holes), batch_(batch), answers_(answers) {}
@@ -185,10 +210,16 @@ class AnyTriangle {
     return {.finished = blocked};
   }
   /// Looks at some triangles of a leaf. Returns true if the ray is finished.
-  HWY_INLINE bool look_at(Child leaf, const LeafDepths& depths, uint32_t lanes,
+  HWY_INLINE bool look_at(Child leaf, const DepthsFor<Holes>& depths, uint32_t lanes,
                           Flight<AnyTriangle>& flight) const {
     if ((depths.met & lanes & without_holes(leaf)) != 0) return true;
     lanes &= depths.open;
+    if constexpr (Holes::kAny) {
+      const KnownHoles known = known_holes(holes_, tree_.decoded.leaves[leaf / kBvhLeafTriangles], depths,
+                                           depths.met & lanes & ~without_holes(leaf));
+      if (known.block != 0) return true;
+      lanes &= ~known.pass;
+    }
     return lanes != 0 && blocks_exactly(tree_.decoded.leaves[leaf / kBvhLeafTriangles], lanes, flight.number);
   }
   HWY_INLINE void end(const Flight<AnyTriangle>& flight, bool blocked) const {
@@ -215,6 +246,7 @@ template <class Holes>
 class FirstTriangle {
  public:
   static constexpr bool kNearestFirst = true;
+  using Depths = DepthsFor<Holes>;
   using State = RayCandidates<Child>;  ///< a place is the leaf times kBvhLeafTriangles, plus the lane
 
   FirstTriangle(const BvhTree& tree, const Holes& holes, const SegmentBatch& batch, AnswerBatch& answers,
@@ -274,13 +306,19 @@ class FirstTriangle {
       keep(hits.low[lowest_bit(open)][lane], lowest_bit(open), flight);
     shorten(flight.leaf_ray, flight.state.bound);
   }
-  HWY_INLINE bool look_at(Child leaf, LeafDepths& depths, uint32_t lanes,
+  HWY_INLINE bool look_at(Child leaf, DepthsFor<Holes>& depths, uint32_t lanes,
                           Flight<FirstTriangle>& flight) const {
     State& state = flight.state;
     const float before = state.bound;
     if constexpr (Holes::kAny) {
-      if (const uint32_t holes = depths.open & lanes & holes_.in_leaf(leaf / kBvhLeafTriangles); holes != 0)
-        decide_holes(leaf, holes, flight, depths);
+      if (uint32_t holes = depths.open & lanes & holes_.in_leaf(leaf / kBvhLeafTriangles); holes != 0) {
+        const KnownHoles known =
+            known_holes(holes_, tree_.decoded.leaves[leaf / kBvhLeafTriangles], depths, depths.met & holes);
+        depths.open &= ~known.pass;
+        depths.met &= ~known.pass;
+        holes &= ~(known.block | known.pass);
+        if (holes != 0) decide_holes(leaf, holes, flight, depths);
+      }
     }
     for (uint32_t met = depths.met & lanes; met != 0; met &= met - 1)
       state.bound = min_of(depths.high[lowest_bit(met)], state.bound);
@@ -307,7 +345,7 @@ class FirstTriangle {
  private:
   /// Triangles with holes that block the ray are met, and the others are not open.
   HWY_NOINLINE void decide_holes(Child leaf, uint32_t lanes, const Flight<FirstTriangle>& flight,
-                                 LeafDepths& depths) const {
+                                 LeafDepthsAndSides& depths) const {
     TriangleRay exact;
     prepare_for_triangles(tree_.field, segment_of(batch_, flight.number), exact);
     for (; lanes != 0; lanes &= lanes - 1) {
@@ -402,7 +440,7 @@ class Traversal {
       const Child leaf = group.leaves[i];
       const uint32_t at = group.rays[i], triangles = triangles_in(leaf);
       Flight& flight = group.flights[at];
-      LeafDepths depths = depths_of(leaves[leaf / kBvhLeafTriangles], flight.leaf_ray);
+      auto depths = depths_of<typename Goal::Depths>(leaves[leaf / kBvhLeafTriangles], flight.leaf_ray);
       const bool met = goal_.look_at(leaf, depths, triangles, flight);
       blocked |= uint32_t(met) << at;
     }

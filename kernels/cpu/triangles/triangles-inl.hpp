@@ -15,6 +15,7 @@
 
 #include <hwy/highway.h>
 
+#include "kernels/cpu/holes/texels-inl.hpp"
 #include "kernels/cpu/triangles/rays-inl.hpp"
 #include "kernels/cpu/triangles/sides-inl.hpp"
 #include "kernels/reference/batch.hpp"
@@ -232,7 +233,14 @@ HWY_INLINE bool meets_open(const TrianglesField& field, const Holes& holes, cons
     for (uint32_t k = 0; k < 3; ++k)
       corners[k] = field.vertices[size_t(node.first_vertex) + field.triangles[triangle][k]];
     Meets meets = Meets::perhaps;
-    if ((found.inside >> i & 1) && !holes.in_triangle(triangle)) meets = meets_within(ray, corners, found, i);
+    if (found.inside >> i & 1) meets = meets_within(ray, corners, found, i);
+    if constexpr (Holes::kAny) {
+      if (const AlphaPatch* const patch = holes.patch(triangle); patch != nullptr && meets == Meets::yes) {
+        const float side[3] = {found.side[0][i], found.side[1][i], found.side[2][i]};
+        const Blocks blocks = blocks_in_single(*holes.holes, *patch, side, found.error[i]);
+        meets = blocks == Blocks::yes ? Meets::yes : blocks == Blocks::no ? Meets::no : Meets::perhaps;
+      }
+    }
     if (HWY_UNLIKELY(meets == Meets::perhaps)) {
       TriangleRay exact;
       TriangleCrossing<double> crossing;
