@@ -3,7 +3,8 @@
 // An encoding is a structure in kernels/gpu/encodings with
 //   Field                            its field in device memory
 //   kKinds                           how many kinds of its objects kernels tell apart: each has a bit in the
-//                                    sets of kinds that kernels are made for
+//                                    sets of kinds that kernels are made for. If 0, its objects are a kind of
+//                                    another one, and what follows but describe() and upload() is missing
 //   kHasItems                        whether its objects may leave rays to a network, as items of the
 //                                    pipeline
 //   ask<kKinds>(thread, object, kind, ray, row)

@@ -30,6 +30,9 @@ template <class Encoding, uint32_t kKind>
 inline constexpr uint32_t kKindBit = kKind << kFirstKindBit<Encoding>;
 template <class Encoding>
 inline constexpr uint32_t kKindsOf = kKindBit<Encoding, (1u << Encoding::kKinds) - 1>;
+/// Those of several encodings.
+template <class... Encoding>
+inline constexpr uint32_t kKindsOfAll = (0u | ... | kKindsOf<Encoding>);
 
 template <class... Encoding>
 constexpr uint32_t all_kinds(EncodingList<Encoding...>, bool with_items_alone) {

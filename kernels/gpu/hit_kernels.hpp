@@ -28,7 +28,7 @@ template <class Thread, class Encoding, class... Others>
 NIF_HOST_DEVICE NIF_INLINE Hit intersect_one_of(EncodingList<Encoding, Others...>, const Thread& thread,
                                                 const SceneObject& object, const Segment& ray, float limit,
                                                 uint32_t* row) {
-  if constexpr (sizeof...(Others) != 0)
+  if constexpr (kKindsOfAll<Others...> != 0)
     if ((object.kind & kKindsOf<Encoding>) == 0)
       return intersect_one_of(EncodingList<Others...>(), thread, object, ray, limit, row);
   return Encoding::intersect(thread, object, object.kind >> kFirstKindBit<Encoding>, ray, limit, row);

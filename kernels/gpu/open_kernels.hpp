@@ -32,15 +32,16 @@ NIF_HOST_DEVICE NIF_INLINE ObjectAnswer prove_by_one_of(EncodingList<Encoding, O
                                                         const Thread& thread, const SceneObject& object,
                                                         const Segment& ray, uint32_t* row,
                                                         OpenInterval& open) {
-  if ((object.kind & kKindsOf<Encoding>) != 0) {
-    if constexpr (Encoding::kProves) {
-      return Encoding::prove(object, ray, open);
-    } else {
-      open = all_of(ray);
-      return Encoding::template ask<(1u << Encoding::kKinds) - 1>(
-          thread, object, object.kind >> kFirstKindBit<Encoding>, ray, row);
+    if constexpr (Encoding::kKinds != 0)
+    if ((object.kind & kKindsOf<Encoding>) != 0) {
+      if constexpr (Encoding::kProves) {
+        return Encoding::prove(object, ray, open);
+      } else {
+        open = all_of(ray);
+        return Encoding::template ask<(1u << Encoding::kKinds) - 1>(
+            thread, object, object.kind >> kFirstKindBit<Encoding>, ray, row);
+      }
     }
-  }
   if constexpr (sizeof...(Others) != 0)
     return prove_by_one_of(EncodingList<Others...>(), thread, object, ray, row, open);
   return {};

@@ -17,7 +17,7 @@ class BvhUpload final : public FieldUpload {
   }
 
   const void* add_to(Arena& arena) const override {
-    TrianglesField field = field_;
+    DeviceBvhField field{field_};
     move_bvh(field, arena);
     return arena.add_structure(field);
   }

@@ -14,15 +14,17 @@ class CutoutUpload final : public FieldUpload {
 
   ObjectPlan plan(bool) const override {
     ObjectPlan plan;
-    plan.object.kind = kKindBit<CutoutEncoding, CutoutEncoding::kExact>;
+    plan.object.kind = kKindBit<BvhEncoding, BvhEncoding::kHoles>;
     plan.row_words = plan.traversal_words = bvh_stack_words(bvh_levels(field_.triangles));
     return plan;
   }
 
   const void* add_to(Arena& arena) const override {
-    CutoutField field = field_;
-    move_bvh(field.triangles, arena);
-    move_holes(field.holes, arena);
+    DeviceBvhField field{field_.triangles};
+    move_bvh(field, arena);
+    HolesField holes = field_.holes;
+    move_holes(holes, arena);
+    field.holes = arena.add_structure(holes);
     return arena.add_structure(field);
   }
 

@@ -1,40 +1,14 @@
-// Adds `cutout` objects to the list of encodings (kernels/gpu/encoding_list.hpp): triangles as those of `bvh`, of which
-// some have holes.
+// `cutout` objects on GPUs are a kind of `bvh` object (kernels/gpu/encodings/gpu_bvh.hpp): this only uploads them.
 #pragma once
 
-#include "kernels/gpu/encoding_list.hpp"
-#include "kernels/gpu/triangles/triangles_kernels.hpp"
+#include "kernels/gpu/encodings/gpu_bvh.hpp"
 #include "kernels/reference/encodings/reference_cutout.hpp"
 
 namespace nif::kernels::gpu {
 
-class FieldUpload;
-
 struct CutoutEncoding {
-  using Field = CutoutField;
-  enum Kind : uint32_t { kExact = 1 };
-  static constexpr uint32_t kKinds = 1;
+  static constexpr uint32_t kKinds = 0;  ///< BvhEncoding::kHoles is its kind
   static constexpr bool kHasItems = false, kProves = false;
-
-  template <uint32_t kSet, class Thread>
-  NIF_HOST_DEVICE NIF_INLINE static ObjectAnswer ask(const Thread&, const SceneObject& object, uint32_t,
-                                                     const Segment& ray, uint32_t* row) {
-    const auto& field = *static_cast<const Field*>(object.field);
-    return answer_bvh_ray<1, double>(field.triangles, ray, row, BlockingTriangles{field.holes});
-  }
-  NIF_HOST_DEVICE NIF_INLINE static bool traverse(const SceneObject& object, const Segment& ray,
-                                                  uint32_t* column, OpenItem&, ObjectAnswer& answer) {
-    const auto& field = *static_cast<const Field*>(object.field);
-    answer =
-        answer_bvh_ray<kBlockThreads, double>(field.triangles, ray, column, BlockingTriangles{field.holes});
-    return true;
-  }
-  template <class Thread>
-  NIF_HOST_DEVICE NIF_INLINE static Hit intersect(const Thread&, const SceneObject& object, uint32_t,
-                                                  const Segment& ray, float limit, uint32_t* row) {
-    const auto& field = *static_cast<const Field*>(object.field);
-    return find_bvh_hit<1>(field.triangles, ray, limit, row, BlockingTriangles{field.holes});
-  }
 
   template <class Hash>
   static constexpr void describe(Hash& hash) {

@@ -1,0 +1,149 @@
+// Objects with holes become `cutout` objects, whatever is asked for, and others do not; they say what the ground truth
+// says; and objects share alpha maps.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "bake/ground_truth/embree_truth.hpp"
+#include "bake/ground_truth/prepare.hpp"
+#include "formats/nif/reader.hpp"
+#include "formats/nif/writer.hpp"
+#include "tests/bake/quiet_bake.hpp"
+#include "tests/support/test_random.hpp"
+#include "tests/support/test_shapes.hpp"
+
+namespace nif::test {
+namespace {
+
+using kernels::Segment;
+using mesh::TriangleAlpha;
+
+/// A disc that blocks, in the middle of a picture.
+std::shared_ptr<const mesh::AlphaMap> disc(uint32_t side, mesh::Wrap wrap) {
+  mesh::AlphaMap map{side, side, {wrap, wrap}, {}};
+  map.tiles.resize(size_t(map.tiles_of_row()) * map.tiles_of_row());
+  const double middle = side / 2.0;
+  for (uint32_t y = 0; y < side; ++y)
+    for (uint32_t x = 0; x < side; ++x)
+      if (std::hypot(x + 0.5 - middle, y + 0.5 - middle) < 0.4 * side)
+        map.tiles[y / 8 * map.tiles_of_row() + x / 8] |= uint64_t{1} << (x % 8 + 8 * (y % 8));
+  return std::make_shared<const mesh::AlphaMap>(std::move(map));
+}
+
+/// Cards of two triangles that each show a whole picture, in all directions, and a solid ball.
+mesh::Mesh bush(uint64_t seed, uint32_t cards, const mesh::AlphaMaps& maps) {
+  Random random(seed);
+  mesh::Mesh mesh = icosphere(1);
+  for (mesh::Float3& p : mesh.positions)
+    for (float& x : p) x *= 0.3f;
+  mesh.name = "bush";
+  mesh.alpha_maps = maps;
+  mesh.alpha.assign(mesh.triangles.size(), TriangleAlpha::solid);
+  mesh.holes.resize(mesh.triangles.size());
+  for (uint32_t i = 0; i < cards; ++i) {
+    mesh::Float3 corner, along[2];
+    for (size_t a = 0; a < 3; ++a) {
+      corner[a] = random.between(-1.0f, 1.0f);
+      for (auto& side : along) side[a] = random.between(-0.5f, 0.5f);
+    }
+    const auto first = uint32_t(mesh.positions.size());
+    for (uint32_t k = 0; k < 4; ++k) {
+      mesh::Float3 p = corner;
+      for (size_t a = 0; a < 3; ++a)
+        p[a] += (k == 1 || k == 2 ? along[0][a] : 0.0f) + (k >= 2 ? along[1][a] : 0.0f);
+      mesh.positions.push_back(p);
+    }
+    const uint32_t map = random.below(uint32_t(maps.size()));
+    const int32_t side = int32_t(maps[map]->width) << mesh::TriangleHoles::kFraction;
+    const std::array<std::array<int32_t, 2>, 4> at{{{0, 0}, {side, 0}, {side, side}, {0, side}}};
+    for (uint32_t second = 1; second <= 2; ++second) {
+      mesh.triangles.push_back({first, first + second, first + second + 1});
+      mesh.alpha.push_back(TriangleAlpha::cut);
+      mesh.holes.push_back({map, 0, {at[0], at[second], at[second + 1]}});
+    }
+  }
+  return mesh;
+}
+
+bake::BakeOptions options_of(const char* encoding) {
+  bake::BakeOptions options;
+  options.encoding = encoding;
+  options.evaluation_rays = 0;
+  return options;
+}
+
+Segment random_ray(Random& random) {
+  Segment ray;
+  for (size_t a = 0; a < 3; ++a) {
+    ray.origin[a] = random.between(-2.0f, 2.0f);
+    ray.direction[a] = random.between(-1.0f, 1.0f) - ray.origin[a];
+  }
+  ray.tmin = 0;
+  ray.tmax = random.below(2) ? std::numeric_limits<float>::infinity() : random.between(0.2f, 2.0f);
+  return ray;
+}
+
+TEST(Cutout, SaysWhatTheGroundTruthSays) {
+  const mesh::Scene scene =
+      scene_of({bush(1, 300, {disc(37, mesh::Wrap::clamp), disc(64, mesh::Wrap::repeat)})});
+  const bake::BakeResult result = bake_quietly(scene, options_of("auto"));
+  ASSERT_EQ(result.objects[0].encoding, "cutout");
+  const bake::Prepared prepared = bake::prepare(scene.meshes[0]);
+  const bake::EmbreeTruth truth(prepared.surface);
+  mesh::CleanMesh cards = prepared.surface;
+  cards.holes.clear();
+  const bake::EmbreeTruth solid(cards);
+  const kernels::AnyField field = format::field_of(result.asset, result.asset.objects[0]);
+  Random random(2);
+  uint32_t blocked = 0, holes_matter = 0, differ = 0;
+  constexpr uint32_t kRays = 30'000;
+  for (uint32_t i = 0; i < kRays; ++i) {
+    const Segment ray = random_ray(random);
+    const kernels::Answer answer = kernels::query(field, ray);
+    EXPECT_TRUE(answer.certain);
+    const bool expected = truth.occluded(ray);
+    differ += answer.visible == expected;
+    blocked += expected;
+    holes_matter += expected != solid.occluded(ray);
+    const kernels::Hit hit = kernels::intersect(field, ray);
+    ASSERT_EQ(hit.t < std::numeric_limits<float>::infinity(), !answer.visible);
+  }
+  EXPECT_EQ(differ, 0u);
+  EXPECT_GT(blocked, kRays / 10);
+  EXPECT_GT(holes_matter, kRays / 20);
+}
+
+TEST(Cutout, IsForObjectsWithHolesAlone) {
+  const mesh::AlphaMaps maps{disc(40, mesh::Wrap::repeat)};
+  mesh::Mesh other = bush(2, 20, {disc(40, mesh::Wrap::repeat)});  // an equal map
+  other.name = "other";
+  const mesh::Scene scene = scene_of({bush(1, 30, maps), icosphere(2), other});
+  for (const char* encoding : {"auto", "bvh", "exact", "segment", "proof"}) {
+    bake::BakeOptions options = options_of(encoding);
+    if (encoding == std::string("segment")) options.effort = 0.01, options.resolution = 12;
+    const bake::BakeResult result = bake_quietly(scene, options);
+    ASSERT_EQ(result.objects.size(), 3u) << encoding;
+    for (const size_t i : {0, 2}) {
+      EXPECT_EQ(result.objects[i].encoding, "cutout") << encoding;
+      EXPECT_EQ(result.objects[i].reason, "it has holes") << encoding;
+    }
+    EXPECT_NE(result.objects[1].encoding, "cutout") << encoding;
+    EXPECT_EQ(result.asset.alpha_maps.size(), 1u) << encoding;
+    const std::vector<std::byte> file = format::encode(result.asset);
+    const format::AssetView view = format::read_asset(file, "file");
+    ASSERT_EQ(view.alpha_maps.size(), 1u);
+    EXPECT_EQ(std::vector<uint64_t>(view.alpha_maps[0].tiles, view.alpha_maps[0].tiles + 25), maps[0]->tiles);
+    // Each card shows one of two halves of the picture.
+    EXPECT_EQ(view.objects[0].holes->field.patch_count, 2u);
+  }
+}
+
+TEST(Cutout, TheSameMeshGivesTheSameBytes) {
+  const mesh::Scene scene =
+      scene_of({bush(3, 100, {disc(20, mesh::Wrap::mirror), disc(9, mesh::Wrap::clamp)})});
+  const auto bytes = [&] { return format::encode(bake_quietly(scene, options_of("auto")).asset); };
+  EXPECT_EQ(bytes(), bytes());
+}
+
+}  // namespace
+}  // namespace nif::test
