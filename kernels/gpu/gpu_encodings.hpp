@@ -45,6 +45,7 @@ inline constexpr uint32_t kPairSegment = kKindBit<SegmentEncoding, SegmentEncodi
                           kBvhObject = kKindBit<BvhEncoding, BvhEncoding::kExact>,
                           kSingleBvh = kKindBit<BvhEncoding, BvhEncoding::kSingle>,
                           kKindsWithItems = all_kinds(Encodings(), true),
-                          kAnyKind = all_kinds(Encodings(), false);
+                          kEveryKind = all_kinds(Encodings(), false),
+                          kAnyKind = kEveryKind & ~kKindBit<BvhEncoding, BvhEncoding::kHoles>;
 
 }  // namespace nif::kernels::gpu

@@ -24,18 +24,20 @@ struct HitWork {
 };
 
 /// The first hit with one object, for a ray in its space.
-template <class Thread, class Encoding, class... Others>
+template <uint32_t kKinds, class Thread, class Encoding, class... Others>
 NIF_HOST_DEVICE NIF_INLINE Hit intersect_one_of(EncodingList<Encoding, Others...>, const Thread& thread,
                                                 const SceneObject& object, const Segment& ray, float limit,
                                                 uint32_t* row) {
   if constexpr (kKindsOfAll<Others...> != 0)
     if ((object.kind & kKindsOf<Encoding>) == 0)
-      return intersect_one_of(EncodingList<Others...>(), thread, object, ray, limit, row);
-  return Encoding::intersect(thread, object, object.kind >> kFirstKindBit<Encoding>, ray, limit, row);
+      return intersect_one_of<kKinds>(EncodingList<Others...>(), thread, object, ray, limit, row);
+  constexpr uint32_t kFirst = kFirstKindBit<Encoding>;
+  return Encoding::template intersect<((kKinds & kKindsOf<Encoding>) >> kFirst)>(
+      thread, object, object.kind >> kFirst, ray, limit, row);
 }
 
 /// The first hit with a scene, for a ray in world space. Skips whatever begins beyond a proven hit.
-template <class Thread>
+template <uint32_t kKinds, class Thread>
 NIF_HOST_DEVICE NIF_LONG_INLINE SceneHit intersect_scene(const Thread& thread, const SceneArrays& scene,
                                                          const Segment& ray, const SceneQuery& query,
                                                          uint32_t i, uint32_t* row) {
@@ -65,7 +67,8 @@ NIF_HOST_DEVICE NIF_LONG_INLINE SceneHit intersect_scene(const Thread& thread, c
     const PlacedInstance& instance = scene.instances[number];
     const SceneObject& object = scene.objects[instance.object];
     const Segment local = instance.identity ? ray : to_object(instance.to_object, ray);
-    Hit hit = intersect_one_of(Encodings(), thread, object, local, alone ? kNoHit : nearest.high, row);
+    Hit hit =
+        intersect_one_of<kKinds>(Encodings(), thread, object, local, alone ? kNoHit : nearest.high, row);
     if (!stays_certain(instance, object.reach_scale, ray, local)) forget_proof(hit);
     if (alone) {
       static_cast<Hit&>(nearest) = hit;
@@ -124,7 +127,7 @@ NIF_HOST_DEVICE inline void store_hit(const SceneArrays& scene, const HitOutputs
 }
 
 /// Any number of blocks of kSceneThreads; scene.layout.bytes of shared memory.
-template <class Thread>
+template <uint32_t kKinds, class Thread>
 NIF_HOST_DEVICE NIF_LONG_INLINE void scene_hits(const Thread& thread, const HitWork& work) {
   const SceneArrays& scene = work.scene;
   const uint32_t rays = scene.layout.rays, step = thread.blocks() * rays;
@@ -135,7 +138,7 @@ NIF_HOST_DEVICE NIF_LONG_INLINE void scene_hits(const Thread& thread, const HitW
     if (thread.index() < left) {
       const uint32_t i = first + thread.index();
       const Segment ray = load_ray(work.query, i);
-      store_hit(scene, work.hits, i, ray, intersect_scene(thread, scene, ray, work.query, i, row));
+      store_hit(scene, work.hits, i, ray, intersect_scene<kKinds>(thread, scene, ray, work.query, i, row));
     }
     if (left <= step) return;  // first + step may be more than 32 bits
     first += step;

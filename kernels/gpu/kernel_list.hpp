@@ -11,12 +11,14 @@
 #define NIF_SCENE_KERNELS(KERNEL)   \
   KERNEL(segment, kPairSegment, 16) \
   KERNEL(bvh, kBvhObject, 16)       \
-  KERNEL(any, kAnyKind, 8)
+  KERNEL(any, kAnyKind, 8)          \
+  KERNEL(holes, kEveryKind, 1)
 
 /// KERNEL(name, kinds, blocks): nif_pipeline_traverse_NAME and nif_pipeline_traverse_NAME_details, likewise.
 #define NIF_TRAVERSAL_KERNELS(KERNEL) \
   KERNEL(segment, kSegments, 6)       \
-  KERNEL(any, kAnyKind, 1)
+  KERNEL(any, kAnyKind, 1)            \
+  KERNEL(holes, kEveryKind, 1)
 
 /// STAGE(number, name, threads, blocks, inner, function): the kernel nif_pipeline_NAME answers the items of a
 /// stage's lists. `threads`: block size; `blocks`: minimum resident blocks per NVIDIA multiprocessor;

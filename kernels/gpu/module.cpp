@@ -30,8 +30,10 @@ NIF_TRAVERSAL_KERNELS(NIF_TRAVERSE)
 NIF_PIPELINE_STAGES(NIF_STAGE)
 NIF_ENTRY(kSceneThreads, 16, nif_scene_bvh_single, SceneWork,
           scene_answer<kSingleBvh, false>)  // for measurements
-NIF_ENTRY(kSceneThreads, 1, nif_scene_open, OpenWork, scene_open)
-NIF_ENTRY(kSceneThreads, 8, nif_scene_hits, HitWork, scene_hits)
+NIF_ENTRY(kSceneThreads, 1, nif_scene_open, OpenWork, scene_open<kAnyKind>)
+NIF_ENTRY(kSceneThreads, 1, nif_scene_open_holes, OpenWork, scene_open<kEveryKind>)
+NIF_ENTRY(kSceneThreads, 8, nif_scene_hits, HitWork, scene_hits<kAnyKind>)
+NIF_ENTRY(kSceneThreads, 1, nif_scene_hits_holes, HitWork, scene_hits<kEveryKind>)
 NIF_ENTRY(kBlockThreads, 6, nif_pipeline_traverse_one, PipelineWork, pipeline_traverse_one<false>)
 NIF_ENTRY(kBlockThreads, 1, nif_pipeline_traverse_one_details, PipelineWork, pipeline_traverse_one<true>)
 NIF_ENTRY(kBlockThreads, 1, nif_pipeline_offsets, PipelineWork, pipeline_offsets)

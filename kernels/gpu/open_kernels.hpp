@@ -27,34 +27,35 @@ struct OpenWork {
 
 /// What one object proves about a ray in its space. Encodings without proofs of their own answer, and leave
 /// the whole ray open if that answer is not certain.
-template <class Thread, class Encoding, class... Others>
+template <uint32_t kKinds, class Thread, class Encoding, class... Others>
 NIF_HOST_DEVICE NIF_INLINE ObjectAnswer prove_by_one_of(EncodingList<Encoding, Others...>,
                                                         const Thread& thread, const SceneObject& object,
                                                         const Segment& ray, uint32_t* row,
                                                         OpenInterval& open) {
-    if constexpr (Encoding::kKinds != 0)
+  if constexpr (Encoding::kKinds != 0)
     if ((object.kind & kKindsOf<Encoding>) != 0) {
       if constexpr (Encoding::kProves) {
         return Encoding::prove(object, ray, open);
       } else {
         open = all_of(ray);
-        return Encoding::template ask<(1u << Encoding::kKinds) - 1>(
-            thread, object, object.kind >> kFirstKindBit<Encoding>, ray, row);
+        constexpr uint32_t kFirst = kFirstKindBit<Encoding>;
+        return Encoding::template ask<((kKinds & kKindsOf<Encoding>) >> kFirst)>(
+            thread, object, object.kind >> kFirst, ray, row);
       }
     }
   if constexpr (sizeof...(Others) != 0)
-    return prove_by_one_of(EncodingList<Others...>(), thread, object, ray, row, open);
+    return prove_by_one_of<kKinds>(EncodingList<Others...>(), thread, object, ray, row, open);
   return {};
 }
 
 /// What one instance proves about a ray in world space.
-template <class Thread>
+template <uint32_t kKinds, class Thread>
 NIF_HOST_DEVICE NIF_INLINE ObjectAnswer prove_instance(const Thread& thread, const SceneArrays& scene,
                                                        const PlacedInstance& instance, const Segment& ray,
                                                        uint32_t* row, OpenInterval& open) {
   const SceneObject& object = scene.objects[instance.object];
   const Segment local = instance.identity ? ray : to_object(instance.to_object, ray);
-  ObjectAnswer answer = prove_by_one_of(Encodings(), thread, object, local, row, open);
+  ObjectAnswer answer = prove_by_one_of<kKinds>(Encodings(), thread, object, local, row, open);
   // If the instance's transform invalidates the proof, it also invalidates the bounds of the open part.
   if (!stays_certain(instance, object.reach_scale, ray, local)) {
     answer.certain = false;
@@ -71,7 +72,7 @@ struct ProvenRay {
   uint32_t instance;  ///< the one that leaves it open; kNoInstance if several do
   bool is_open;
 };
-template <class Thread>
+template <uint32_t kKinds, class Thread>
 NIF_HOST_DEVICE NIF_LONG_INLINE ProvenRay prove_scene(const Thread& thread, const SceneArrays& scene,
                                                       const Segment& ray, const SceneQuery& query,
                                                       uint32_t number, uint32_t* row) {
@@ -85,7 +86,7 @@ NIF_HOST_DEVICE NIF_LONG_INLINE ProvenRay prove_scene(const Thread& thread, cons
   proven.instance = scene.sole;
   if (alone) {
     const PlacedInstance& instance = scene.instances[scene.sole];
-    proven.answer = only_answer(prove_instance(thread, scene, instance, ray, row, proven.open),
+    proven.answer = only_answer(prove_instance<kKinds>(thread, scene, instance, ray, row, proven.open),
                                 scene.objects[instance.object].calibration, with_probability);
   } else if (has_way) {
     const float infinity = bits_as<float>(0x7f800000u);
@@ -94,7 +95,7 @@ NIF_HOST_DEVICE NIF_LONG_INLINE ProvenRay prove_scene(const Thread& thread, cons
     proven.instance = kNoInstance;
     const auto ask = [&](uint32_t instance, ObjectAnswer& answer) {
       OpenInterval open;
-      answer = prove_instance(thread, scene, scene.instances[instance], ray, row, open);
+      answer = prove_instance<kKinds>(thread, scene, scene.instances[instance], ray, row, open);
       if (!answer.certain) {
         proven.instance = proven.open.begin <= proven.open.end ? kNoInstance : instance;
         // As on the CPU: 0 is added because the sign of a zero would depend on the order.
@@ -115,7 +116,7 @@ NIF_HOST_DEVICE NIF_LONG_INLINE ProvenRay prove_scene(const Thread& thread, cons
 }
 
 /// Any number of blocks of kSceneThreads; scene.layout.bytes of shared memory. *lists.count has been set.
-template <class Thread>
+template <uint32_t kKinds, class Thread>
 NIF_HOST_DEVICE NIF_LONG_INLINE void scene_open(const Thread& thread, const OpenWork& work) {
   const SceneArrays& scene = work.scene;
   const SceneQuery& query = work.query;
@@ -129,7 +130,7 @@ NIF_HOST_DEVICE NIF_LONG_INLINE void scene_open(const Thread& thread, const Open
     ProvenRay proven;
     proven.is_open = false;
     if (present) {
-      proven = prove_scene(thread, scene, load_ray(query, i), query, i, row);
+      proven = prove_scene<kKinds>(thread, scene, load_ray(query, i), query, i, row);
       store_answer<true>(query, i, proven.answer);
     }
     if (query.visible_bits) {

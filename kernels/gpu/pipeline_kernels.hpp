@@ -30,7 +30,9 @@ NIF_HOST_DEVICE NIF_INLINE bool traverse_one_of(EncodingList<Encoding, Others...
                                                 ObjectAnswer& answer) {
   constexpr uint32_t kOwn = kKinds & kKindsOf<Encoding>, kRest = kKinds & ~kOwn;
   if constexpr (kOwn != 0)
-    if (kRest == 0 || (object.kind & kOwn) != 0) return Encoding::traverse(object, ray, column, item, answer);
+    if (kRest == 0 || (object.kind & kOwn) != 0)
+      return Encoding::template traverse<(kOwn >> kFirstKindBit<Encoding>)>(object, ray, column, item,
+                                                                            answer);
   if constexpr (kRest != 0)
     return traverse_one_of<kRest>(EncodingList<Others...>(), object, ray, column, item, answer);
   return true;

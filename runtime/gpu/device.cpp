@@ -49,8 +49,10 @@ GpuDevice::GpuDevice(std::unique_ptr<gpu::Context> opened, const GpuSettings& wa
   NIF_SCENE_KERNELS(NIF_SCENE)
 #undef NIF_SCENE
   single_bvh = context->find_kernel("nif_scene_bvh_single");
-  open = context->find_kernel("nif_scene_open");
-  hits = context->find_kernel("nif_scene_hits");
+  open[0] = context->find_kernel("nif_scene_open");
+  open[1] = context->find_kernel("nif_scene_open_holes");
+  hits[0] = context->find_kernel("nif_scene_hits");
+  hits[1] = context->find_kernel("nif_scene_hits_holes");
   uploads = context->make_stream();
 }
 

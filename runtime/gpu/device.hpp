@@ -55,8 +55,8 @@ struct GpuDevice {
   GpuSettings settings;
   std::vector<gpu::KindKernels> kernels;  ///< the one kernel, for different kinds of objects
   gpu::Kernel single_bvh;                 ///< for measurements
-  gpu::Kernel open;                       ///< lists open rays
-  gpu::Kernel hits;                       ///< first hits
+  gpu::Kernel open[2];                    ///< lists open rays; the second of scenes with holes
+  gpu::Kernel hits[2];                    ///< first hits; likewise
   gpu::PipelineKernels pipeline;
   gpu::Stream uploads = nullptr;
   std::atomic<bool> lost = false;  ///< nothing on the GPU works any more

@@ -106,7 +106,7 @@ class Launcher {
   void open(const SceneQuery& query, const kernels::gpu::OpenLists& lists, uint32_t first) {
     const kernels::gpu::SceneLayout& layout = scene_.arrays.layout;
     kernels::gpu::OpenWork work{scene_.arrays, query, lists, first};
-    put(device_.open, work,
+    put(device_.open[has_holes()], work,
         {std::min(blocks_for(query.count, layout.rays), kMostBlocks), kernels::gpu::kSceneThreads,
          layout.bytes});
   }
@@ -115,7 +115,7 @@ class Launcher {
   void first_hits(const SceneQuery& query, const HitOutputs& hits) {
     const kernels::gpu::SceneLayout& layout = scene_.arrays.layout;
     kernels::gpu::HitWork work{scene_.arrays, query, hits};
-    put(device_.hits, work,
+    put(device_.hits[has_holes()], work,
         {std::min(blocks_for(query.count, layout.rays), kMostBlocks), kernels::gpu::kSceneThreads,
          layout.bytes});
   }
@@ -149,6 +149,8 @@ class Launcher {
 
  private:
   static constexpr uint32_t kMostBlocks = 1u << 20;
+
+  bool has_holes() const { return (scene_.kinds & ~kernels::gpu::kAnyKind) != 0; }
 
   template <class Work>
   void put(Kernel kernel, Work& work, const LaunchShape& shape) {

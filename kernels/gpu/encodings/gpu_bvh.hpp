@@ -24,7 +24,7 @@ struct BlockingIfHoles {
 };
 
 /// Objects without holes and with them (`cutout`): a kernel for both has one traversal, which takes fewer registers than
-/// two.
+/// two. Kernels for objects without holes know nothing of them.
 struct BvhEncoding {
   using Field = DeviceBvhField;
   enum Kind : uint32_t {
@@ -40,20 +40,28 @@ struct BvhEncoding {
                                                      const Segment& ray, uint32_t* row) {
     const auto& field = *static_cast<const Field*>(object.field);
     if constexpr (kSet == kSingle) return answer_bvh_ray<1, float>(field, ray, row);
-    if constexpr ((kSet & kHoles) == 0) return answer_bvh_ray<1>(field, ray, row);
-    return answer_bvh_ray<1, double>(field, ray, row, BlockingIfHoles{field.holes});
+    return answer_bvh_ray<1, double>(field, ray, row, blocking<kSet>(field));
   }
+  template <uint32_t kSet>
   NIF_HOST_DEVICE NIF_INLINE static bool traverse(const SceneObject& object, const Segment& ray,
                                                   uint32_t* column, OpenItem&, ObjectAnswer& answer) {
     const auto& field = *static_cast<const Field*>(object.field);
-    answer = answer_bvh_ray<kBlockThreads, double>(field, ray, column, BlockingIfHoles{field.holes});
+    answer = answer_bvh_ray<kBlockThreads, double>(field, ray, column, blocking<kSet>(field));
     return true;
   }
-  template <class Thread>
+  template <uint32_t kSet, class Thread>
   NIF_HOST_DEVICE NIF_INLINE static Hit intersect(const Thread&, const SceneObject& object, uint32_t,
                                                   const Segment& ray, float limit, uint32_t* row) {
     const auto& field = *static_cast<const Field*>(object.field);
-    return find_bvh_hit<1>(field, ray, limit, row, BlockingIfHoles{field.holes});
+    return find_bvh_hit<1>(field, ray, limit, row, blocking<kSet>(field));
+  }
+
+  template <uint32_t kSet>
+  NIF_HOST_DEVICE NIF_INLINE static auto blocking(const Field& field) {
+    if constexpr ((kSet & kHoles) != 0)
+      return BlockingIfHoles{field.holes};
+    else
+      return AllTriangles();
   }
 
   template <class Hash>

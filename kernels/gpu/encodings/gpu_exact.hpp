@@ -58,12 +58,13 @@ struct ExactEncoding {
                                                      const Segment& ray, uint32_t* row) {
     return answer_exact_ray<1>(*static_cast<const Field*>(object.field), ray, row);
   }
+  template <uint32_t kSet>
   NIF_HOST_DEVICE NIF_INLINE static bool traverse(const SceneObject& object, const Segment& ray,
                                                   uint32_t* column, OpenItem&, ObjectAnswer& answer) {
     answer = answer_exact_ray<kBlockThreads>(*static_cast<const Field*>(object.field), ray, column);
     return true;
   }
-  template <class Thread>
+  template <uint32_t kSet, class Thread>
   NIF_HOST_DEVICE NIF_INLINE static Hit intersect(const Thread&, const SceneObject& object, uint32_t,
                                                   const Segment& ray, float limit, uint32_t* row) {
     return find_exact_hit<1>(*static_cast<const Field*>(object.field), ray, limit, row);

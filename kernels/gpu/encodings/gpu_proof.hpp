@@ -31,13 +31,14 @@ struct ProofEncoding {
                                                      const Segment& ray, uint32_t*) {
     return answer_proof_ray(*static_cast<const Field*>(object.field), ray);
   }
+  template <uint32_t kSet>
   NIF_HOST_DEVICE NIF_INLINE static bool traverse(const SceneObject& object, const Segment& ray, uint32_t*,
                                                   OpenItem&, ObjectAnswer& answer) {
     answer = answer_proof_ray(*static_cast<const Field*>(object.field), ray);
     return true;
   }
 
-  template <class Thread>
+  template <uint32_t kSet, class Thread>
   NIF_HOST_DEVICE NIF_INLINE static Hit intersect(const Thread&, const SceneObject& object, uint32_t,
                                                   const Segment& ray, float limit, uint32_t*) {
     const auto& field = *static_cast<const Field*>(object.field);

@@ -27,12 +27,13 @@ struct SegmentEncoding {
     if constexpr ((kSet & kOthers) != 0) return ask_row<0>(thread, object, ray, row);
     return {};
   }
+  template <uint32_t kSet>
   NIF_HOST_DEVICE NIF_INLINE static bool traverse(const SceneObject& object, const Segment& ray,
                                                   uint32_t* column, OpenItem& item, ObjectAnswer& answer) {
     return traverse_segment_item(object, ray, column, item, answer);
   }
 
-  template <class Thread>
+  template <uint32_t kSet, class Thread>
   NIF_HOST_DEVICE NIF_INLINE static Hit intersect(const Thread& thread, const SceneObject& object,
                                                   uint32_t kind, const Segment& ray, float limit,
                                                   uint32_t* row) {

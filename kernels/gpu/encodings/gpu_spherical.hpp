@@ -22,11 +22,12 @@ struct SphericalEncoding {
                                    reinterpret_cast<float*>(row),
                                    reinterpret_cast<float*>(row) + object.widest);
   }
+  template <uint32_t kSet>
   NIF_HOST_DEVICE NIF_INLINE static bool traverse(const SceneObject& object, const Segment& ray,
                                                   uint32_t* column, OpenItem& item, ObjectAnswer& answer) {
     return traverse_spherical_item(object, ray, column, item, answer);
   }
-  template <class Thread>
+  template <uint32_t kSet, class Thread>
   NIF_HOST_DEVICE NIF_INLINE static Hit intersect(const Thread& thread, const SceneObject& object,
                                                   uint32_t kind, const Segment& ray, float, uint32_t* row) {
     const ObjectAnswer answer = ask<1>(thread, object, kind, ray, row);

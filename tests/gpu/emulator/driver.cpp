@@ -176,7 +176,7 @@ class EmulatedContext final : public Context {
     ++machine.launches;
     const auto& emulated = *static_cast<const EmulatedKernel*>(kernel);
     // What any kernel for scenes is given begins alike.
-    const bool one_kernel = emulated.name == "nif_scene_hits" ||
+    const bool one_kernel = emulated.name.starts_with("nif_scene_hits") ||
                             (emulated.name.starts_with("nif_scene_") &&
                              !static_cast<const kernels::gpu::SceneWork*>(arguments[0])->list.rays);
     if (one_kernel)

@@ -32,8 +32,10 @@ constexpr EmulatedKernel kKernels[] = {
     NIF_SCENE_KERNELS(NIF_SCENE)                                                                  //
     NIF_TRAVERSAL_KERNELS(NIF_TRAVERSE)                                                           //
     NIF_EMULATED("nif_scene_bvh_single", SceneWork, scene_answer<kSingleBvh, false>)              //
-    NIF_EMULATED("nif_scene_open", OpenWork, scene_open)                                          //
-    NIF_EMULATED("nif_scene_hits", HitWork, scene_hits)                                           //
+    NIF_EMULATED("nif_scene_open", OpenWork, scene_open<kAnyKind>)                                //
+    NIF_EMULATED("nif_scene_open_holes", OpenWork, scene_open<kEveryKind>)                        //
+    NIF_EMULATED("nif_scene_hits", HitWork, scene_hits<kAnyKind>)                                 //
+    NIF_EMULATED("nif_scene_hits_holes", HitWork, scene_hits<kEveryKind>)                         //
     NIF_EMULATED("nif_pipeline_traverse_one", PipelineWork, pipeline_traverse_one<false>)         //
     NIF_EMULATED("nif_pipeline_traverse_one_details", PipelineWork, pipeline_traverse_one<true>)  //
     NIF_EMULATED("nif_pipeline_offsets", PipelineWork, pipeline_offsets)                          //
