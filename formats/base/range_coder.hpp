@@ -67,6 +67,8 @@ class RangeEncoder {
     }
     return value;
   }
+  /// As the decoder's.
+  static constexpr bool possible() { return true; }
   /// Returns the bytes; nothing can be encoded after this.
   std::vector<std::byte> finish() {
     for (int i = 0; i < 5; ++i) shift();
@@ -124,7 +126,9 @@ class RangeDecoder {
   /// To be called after the last bit: whether all bytes were needed, and no more than may be left out at the
   /// end. RangeEncoder ends with the lowest number of its range, in four bytes; another encoder may end with
   /// any, such as one whose last bytes are zeros, and leave these out.
-  bool complete() const { return possible_ && at_ >= bytes_.size() && at_ - bytes_.size() <= kMostLeftOut; }
+  bool complete() const { return possible() && at_ >= bytes_.size(); }
+  /// Whether complete() may still become true. Few bytes could otherwise decode to very many bits.
+  bool possible() const { return possible_ && at_ <= bytes_.size() + kMostLeftOut; }
 
  private:
   /// Any range holds a number of which only the highest of the four bytes is not 0.

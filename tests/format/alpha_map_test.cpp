@@ -142,6 +142,32 @@ TEST(AlphaMap, DamageIsRefusedOrStaysWithinBorders) {
   EXPECT_GT(read, 50u);
 }
 
+/// Counts the bits that are decoded.
+class CountingDecoder : public RangeDecoder {
+ public:
+  using RangeDecoder::RangeDecoder;
+  bool bit(BitModel& model, bool value) {
+    ++bits;
+    return RangeDecoder::bit(model, value);
+  }
+  uint64_t bits = 0;
+};
+
+/// A few bytes that say nothing of a large map do not take the time of the whole map.
+TEST(AlphaMap, DamageOfLargeMapsIsFoundSoon) {
+  test::Random random(4);
+  const AlphaMap map = map_of(4096, 4096);
+  Tiles tiles(tile_count(map));
+  for (uint32_t run = 0; run < 50; ++run) {
+    Bytes code(random.below(100));
+    for (std::byte& byte : code) byte = std::byte(random.below(256));
+    std::fill(tiles.begin(), tiles.end(), 0);
+    CountingDecoder decoder(code);
+    EXPECT_FALSE(format::AlphaMapCoder(decoder, map, nullptr, tiles.data()).code() && decoder.complete());
+    EXPECT_LT(decoder.bits, 200'000u);
+  }
+}
+
 /// A map of another size than was encoded.
 TEST(AlphaMap, OtherSizesAreRefusedOrStayWithinBorders) {
   test::Random random(3);

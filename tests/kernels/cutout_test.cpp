@@ -62,6 +62,41 @@ class Cutout {
 
   kernels::CutoutField field() const { return {tree_.field(), format::field_of(holes_, maps_)}; }
 
+  /// A ray to a place of a triangle where two texels touch, as nearly as singles allow.
+  kernels::Segment ray_to_border(Random& random) const {
+    const kernels::TrianglesField& field = tree_.field();
+    const kernels::BvhNode* node = nullptr;
+    uint32_t triangle = 0;
+    do {
+      node = field.nodes + random.below(field.node_count);
+      const uint8_t slot = node->slots[random.below(kernels::kBvhWidth)];
+      if (slot == 0 || kernels::slot_kind(slot) == kernels::kInnerSlot)
+        node = nullptr;
+      else
+        triangle = node->first_triangle + kernels::slot_rank(slot) + random.below(kernels::slot_kind(slot));
+    } while (!node);
+    double second = double(random.unit());
+    const double third = double(random.unit()) * (1 - second);
+    if (numbers_[triangle] != 0) {
+      const kernels::AlphaPatch& patch = holes_.patches[numbers_[triangle] - 1];
+      const uint32_t a = random.below(2);
+      const double p = patch.places[0][a], q = patch.places[1][a] - p, r = patch.places[2][a] - p;
+      const double texel = std::ldexp(1.0, 16 - int(patch.shift));
+      if (q != 0) second = (std::round((p + second * q + third * r) / texel) * texel - p - third * r) / q;
+    }
+    kernels::Segment ray{{}, {}, 0, std::numeric_limits<float>::infinity()};
+    const float distance = random.below(2) ? 2.0f : 0.01f;
+    for (int axis = 0; axis < 3; ++axis) {
+      double corner[3];
+      for (int k = 0; k < 3; ++k)
+        corner[k] = double(field.vertices[node->first_vertex + field.triangles[triangle][k]][axis]);
+      const double target = corner[0] + second * (corner[1] - corner[0]) + third * (corner[2] - corner[0]);
+      ray.origin[axis] = float(target) + field.extent * distance * random.between(-1.0f, 1.0f);
+      ray.direction[axis] = float(target - double(ray.origin[axis]));
+    }
+    return ray;
+  }
+
   /// The first hit of a loop over all triangles. Adds to `seen` how many triangles let light through.
   kernels::Hit first_hit(const kernels::Segment& segment, uint64_t& seen) const {
     const kernels::TrianglesField& field = tree_.field();
@@ -147,6 +182,7 @@ TEST_P(CutoutKernels, GiveTheReferencesBits) {
     const kernels::CutoutField field = object.field();
     ASSERT_NO_FATAL_FAILURE(expect_reference_bits(
         field, GetParam(), random, asked,
+        [&] { return random.below(2) ? random_segment(random, field) : object.ray_to_border(random); },
         [&](const kernels::Segment& segment, const kernels::Answer& answer, const kernels::Hit& hit) {
           const kernels::Hit expected = object.first_hit(segment, passed);
           ASSERT_TRUE(same_bits(hit, expected)) << hit.t << ' ' << expected.t;

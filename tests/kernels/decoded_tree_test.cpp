@@ -186,9 +186,9 @@ TEST_P(DecodedKernels, GiveTheReferencesBits) {
   Asked asked;
   for (const format::TrianglesData& bvh : trees()) {
     const TreePayload payload(bvh);
-    ASSERT_NO_FATAL_FAILURE(
-        expect_reference_bits(payload.field(), GetParam(), random, asked,
-                              [](const kernels::Segment&, const kernels::Answer&, const kernels::Hit&) {}));
+    ASSERT_NO_FATAL_FAILURE(expect_reference_bits(
+        payload.field(), GetParam(), random, asked, [&] { return random_segment(random, payload.field()); },
+        [](const kernels::Segment&, const kernels::Answer&, const kernels::Hit&) {}));
   }
   EXPECT_GT(asked.met, asked.rays / 4);
 }

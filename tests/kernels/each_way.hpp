@@ -70,9 +70,10 @@ struct Asked {
   uint64_t rays = 0, met = 0;
 };
 
-/// Asks an object's kernel and the reference the same random rays. `also(segment, answer, hit)` may look at them.
-template <class Field, class Also>
-void expect_reference_bits(const Field& field, const Way& way, Random& random, Asked& asked,
+/// Asks an object's kernel and the reference the same rays. draw() makes one; `also(segment, answer, hit)` may look at
+/// what the reference says.
+template <class Field, class Draw, class Also>
+void expect_reference_bits(const Field& field, const Way& way, Random& random, Asked& asked, const Draw& draw,
                            const Also& also) {
   struct Work {
     kernels::SegmentBatch batch;
@@ -90,7 +91,7 @@ void expect_reference_bits(const Field& field, const Way& way, Random& random, A
   for (const uint32_t count : {1u, 7u, 100u, kernels::kBatchRays}) {
     work->batch.count = count;
     for (uint32_t i = 0; i < count; ++i) {
-      set_segment(work->batch, i, random_segment(random, field));
+      set_segment(work->batch, i, draw());
       work->limit[i] = kernels::kNoHit;
     }
     kernel->answer(work->batch, work->answers, work->scratch);

@@ -482,7 +482,7 @@ void break_holes(Collection& collection) {
     add_clear_map(1, asset.alpha_maps);
     collection.offer(format::encode(asset));
   }
-  // More texels than a file may have.
+  // More tiles than a file may have.
   format::Asset large = random_asset(1, options);
   large.alpha_maps.clear();
   for (int i = 0; i < 4; ++i) add_clear_map(kernels::kMaxAlphaSide, large.alpha_maps);

@@ -37,6 +37,7 @@ class AlphaMapCoder {
   bool code() {
     const uint32_t rows = kernels::alpha_tiles(map_.height);
     for (uint32_t row = 0; row < rows; ++row) {
+      if (!coder_.possible()) return false;
       code_kinds(row);
       for (uint32_t y = 0; y < kernels::kAlphaTile && row * kernels::kAlphaTile + y < map_.height; ++y)
         for (uint32_t column = 0; column < columns_; ++column)

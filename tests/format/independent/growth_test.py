@@ -364,7 +364,7 @@ class Growth(unittest.TestCase):
         for beyond, expected in enumerate(("012012012", "210012210", "000012222")):
             self.assertEqual("".join(str(AlphaMap._within(texel, 3, beyond)) for texel in range(-3, 6)), expected)
 
-    def test_most_texels(self):
+    def test_most_tiles(self):
         file = forge(CUTOUT)
         record = bytearray(file.section("ALPH")[3][-40:])
         struct.pack_into("<2I", record, 0, 16384, 16384)

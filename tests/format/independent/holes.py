@@ -11,7 +11,7 @@ from shell import PAYLOAD, require, require_range, reserved
 
 LAYOUT, MAP_LAYOUT = "4I" + PAYLOAD, "2I2B6B" + PAYLOAD
 PATCH = struct.Struct("<2I6i")
-MOST_SIDE, MOST_TEXELS = 16384, 2**30
+MOST_SIDE, MOST_TILES = 16384, 2**24
 TILE = 8
 CLEAR, SOLID, MIXED = range(3)
 REPEAT, MIRROR, CLAMP = range(3)
@@ -113,8 +113,8 @@ def check_maps(records):
     for number, fields in enumerate(records):
         for side in fields[0:2]:
             require_range(side, 1, MOST_SIDE, f"alpha map {number}", "a side")
-    texels = sum(fields[0] * fields[1] for fields in records)
-    require(texels <= MOST_TEXELS, "ALPH", f"{texels} texels")
+    tiles = sum(-(-fields[0] // TILE) * -(-fields[1] // TILE) for fields in records)
+    require(tiles <= MOST_TILES, "ALPH", f"{tiles} tiles")
 
 
 def read_map(number, fields, payloads):
