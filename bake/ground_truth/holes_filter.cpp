@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "kernels/reference/triangles/triangles_query.hpp"
+#include "formats/base/vector.hpp"
 
 namespace nif::bake {
 namespace {
@@ -99,29 +99,35 @@ class ExactFilter final : public HolesFilter {
     const TriangleHoles& holes = holes_[triangle];
     if (!holes.any()) return true;
     RTCRayN* rays = arguments.ray;
-    const kernels::Segment segment{
-        {RTCRayN_org_x(rays, count, i), RTCRayN_org_y(rays, count, i), RTCRayN_org_z(rays, count, i)},
-        {RTCRayN_dir_x(rays, count, i), RTCRayN_dir_y(rays, count, i), RTCRayN_dir_z(rays, count, i)},
-        0,
-        0};
+    const Double3 origin{RTCRayN_org_x(rays, count, i), RTCRayN_org_y(rays, count, i),
+                         RTCRayN_org_z(rays, count, i)},
+        direction{RTCRayN_dir_x(rays, count, i), RTCRayN_dir_y(rays, count, i),
+                  RTCRayN_dir_z(rays, count, i)};
     std::array<double, 2> weights;
-    if (!find_weights(segment, triangles_[triangle], weights))
+    if (!find_weights(origin, direction, triangles_[triangle], weights))
       weights = {RTCHitN_u(arguments.hit, count, i), RTCHitN_v(arguments.hit, count, i)};
     return blocks(holes, weights);
   }
 
  private:
-  /// Those of the second and the third vertex, by Woop's test. False if the ray lies in the triangle's plane.
-  bool find_weights(const kernels::Segment& segment, const mesh::Triangle& triangle,
+  /// Those of the second and the third vertex: vertices are sheared so that the ray runs along its longest axis (Woop,
+  /// Benthin and Wald 2013). False if it lies in the triangle's plane.
+  bool find_weights(const Double3& origin, const Double3& direction, const mesh::Triangle& triangle,
                     std::array<double, 2>& weights) const {
-    kernels::TriangleRay ray;
-    kernels::prepare_for_triangles({}, segment, ray);
-    kernels::SeenVertex<double> seen[3];
-    for (size_t k = 0; k < 3; ++k) seen[k] = kernels::see(ray, vertices_[triangle[k]].data());
-    const auto side = [&](size_t a, size_t b) { return seen[a].x * seen[b].y - seen[a].y * seen[b].x; };
-    const double sides[3] = {side(2, 1), side(0, 2), side(1, 0)}, sum = (sides[0] + sides[1]) + sides[2];
+    size_t along = 0;
+    for (size_t a = 1; a < 3; ++a)
+      if (std::abs(direction[a]) > std::abs(direction[along])) along = a;
+    const std::array<size_t, 2> across{(along + 1) % 3, (along + 2) % 3};
+    double seen[3][2];
+    for (size_t k = 0; k < 3; ++k) {
+      const Double3 from = to_double(vertices_[triangle[k]]) - origin;
+      for (size_t a = 0; a < 2; ++a)
+        seen[k][a] = from[across[a]] - direction[across[a]] / direction[along] * from[along];
+    }
+    const auto side = [&](size_t i, size_t j) { return seen[i][0] * seen[j][1] - seen[i][1] * seen[j][0]; };
+    const double second = side(0, 2), third = side(1, 0), sum = side(2, 1) + second + third;
     if (!(sum > 0 || sum < 0)) return false;
-    weights = {sides[1] / sum, sides[2] / sum};
+    weights = {second / sum, third / sum};
     return true;
   }
 

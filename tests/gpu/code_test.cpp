@@ -177,6 +177,9 @@ static_assert(resident_warps(64) == 32 && resident_warps(72) == 28 && resident_w
 /// nif_scene_hits is made for 8 blocks on NVIDIA, of 128 registers; what is in memory then costs less than
 /// the blocks gain (docs/results/gpu/tried.md).
 ///
+/// Scenes with holes have kernels of their own, which take what the others do and up to 18 registers more on AMD and
+/// 43 on NVIDIA, for the weights of a triangle and its place in a map.
+///
 /// The stack is for what functions that are not inlined hand each other, and on gfx1030 for copies of
 /// arguments that nothing reads.
 const std::map<std::string, Bounds> kBounds{{"nif_pack_bits", {16, 16, 0, 0}},
@@ -191,8 +194,8 @@ const std::map<std::string, Bounds> kBounds{{"nif_pack_bits", {16, 16, 0, 0}},
                                             {"nif_pipeline_segment_any", {128, 120, 32, 8}},
                                             {"nif_pipeline_traverse_any", {178, 128, 170, 168}},
                                             {"nif_pipeline_traverse_any_details", {200, 148, 226, 168}},
-                                            {"nif_pipeline_traverse_holes", {999, 999, 999, 999}},
-                                            {"nif_pipeline_traverse_holes_details", {999, 999, 999, 999}},
+                                            {"nif_pipeline_traverse_holes", {188, 146, 176, 168}},
+                                            {"nif_pipeline_traverse_holes_details", {210, 162, 230, 168}},
                                             {"nif_pipeline_traverse_one", {96, 80, 56, 0}},
                                             {"nif_pipeline_traverse_one_details", {104, 96, 72, 0}},
                                             {"nif_pipeline_traverse_segment", {136, 80, 88, 16}},
@@ -203,11 +206,11 @@ const std::map<std::string, Bounds> kBounds{{"nif_pack_bits", {16, 16, 0, 0}},
                                             {"nif_scene_bvh_single", {162, 64, 90, 200, 780}},
                                             {"nif_scene_bvh_details", {218, 177, 204, 16}},
                                             {"nif_scene_hits", {230, 128, 186, 168, 800}},
-                                            {"nif_scene_hits_holes", {999, 999, 999, 999}},
-                                            {"nif_scene_holes", {999, 999, 999, 999}},
-                                            {"nif_scene_holes_details", {999, 999, 999, 999}},
+                                            {"nif_scene_hits_holes", {232, 171, 190, 168}},
+                                            {"nif_scene_holes", {200, 196, 93, 144}},
+                                            {"nif_scene_holes_details", {216, 214, 139, 144}},
                                             {"nif_scene_open", {192, 148, 206, 48}},
-                                            {"nif_scene_open_holes", {999, 999, 999, 999}},
+                                            {"nif_scene_open_holes", {204, 166, 206, 48}},
                                             {"nif_scene_segment", {144, 64, 74, 112, 640}},
                                             {"nif_scene_segment_details", {176, 112, 127, 72}}};
 
@@ -247,7 +250,7 @@ TEST_P(GpuCodeTest, ReadsNoStack) {
     const std::string code = assembly_of(assembly_, name, true);
     const auto loads = std::distance(std::sregex_iterator(code.begin(), code.end(), load), {});
     EXPECT_TRUE(loads == 0 || (loads == 1 && name.starts_with("nif_pipeline_segment_")) ||
-                name.starts_with("nif_scene_any") ||
+                name.starts_with("nif_scene_any") || name.starts_with("nif_scene_holes") ||
                 (name == "nif_scene_open" &&
                  (GetParam().name == std::string("gfx1100") || GetParam().name == std::string("gfx942"))))
         << name << ": " << loads;
