@@ -24,26 +24,34 @@ struct CutoutTree {
   std::pmr::vector<uint8_t> lanes;  ///< [leaves of bvh.decoded], triangles with holes as bits
 };
 
-/// The holes of the triangles of a CutoutTree.
+/// The holes of the triangles of a CutoutTree; by default there are none.
 struct SomeHoles {
   static constexpr bool kAny = true;
-  const HolesField* holes;
-  const uint8_t* lanes;
+  const HolesField* holes = nullptr;
+  const uint8_t* lanes = nullptr;
 
   /// Triangles of a decoded leaf, as bits.
   uint32_t in_leaf(uint32_t leaf) const { return lanes[leaf]; }
-  const AlphaPatch* patch(uint32_t triangle) const { return patch_of(*holes, triangle); }
+  const AlphaPatch* patch(uint32_t triangle) const {
+    return holes == nullptr ? nullptr : patch_of(*holes, triangle);
+  }
   /// As AllTriangles.
   bool operator()(uint32_t triangle, const TriangleCrossing<double>& crossing) const {
-    return BlockingTriangles{*holes}(triangle, crossing);
+    const AlphaPatch* const shown = patch(triangle);
+    return shown == nullptr || blocks_light(*holes, *shown, crossing);
   }
 };
 
+#ifdef __wasm__
+/// On a web page, code for objects without holes alone is too much to download.
+using NoHoles = SomeHoles;
+#else
 /// There are none.
 struct NoHoles : AllTriangles {
   static constexpr bool kAny = false;
 
   static constexpr uint32_t in_leaf(uint32_t) { return 0; }
 };
+#endif
 
 }  // namespace nif::kernels::cpu
