@@ -39,7 +39,7 @@ race() {
   echo "docs/results/race.sh: $name" >&2
   for encoding in bvh exact; do
     [[ -f $at.$encoding.nif ]] \
-      || "$nif" bake "$file" -o "$at.$encoding.nif" --encoding "$encoding" --rays 0 --quiet 2>/dev/null
+      || "$nif" bake "$file" -o "$at.$encoding.nif" --ignore-alpha --encoding "$encoding" --rays 0 --quiet 2>/dev/null
   done
   asked=("$at.bvh.nif" --mesh "$file")
   [[ $kind == scene ]] && asked=("$file" --asset "$at.bvh.nif")

@@ -154,6 +154,15 @@ class ExportFolder {
   int fd_ = -1;
 };
 
+/// The files of an export say nothing of holes.
+void refuse_holes(const bake::Prepared& object, const std::string& file) {
+  if (object.has_holes())
+    throw Error(Status::usage,
+                fmt::format("{}: '{}' has triangles with holes, which --export cannot tell other programs; "
+                            "bake it with --ignore-alpha",
+                            file, object.source->name));
+}
+
 RaceJson array_json(const std::string& file, const char* type, std::vector<size_t> shape) {
   return {{"file", file}, {"type", type}, {"shape", std::move(shape)}};
 }
@@ -276,6 +285,7 @@ nlohmann::ordered_json export_race(const BenchOptions& options, const std::strin
                                    Progress& progress) {
   check_export(folder);
   const MeasuredAsset asset(options.asset, options.mesh, options.configuration, progress);
+  for (const bake::Prepared& object : asset.objects()) refuse_holes(object, options.asset);
   const StepOn step = steps(progress);
   const size_t count = asset.objects().size();
   std::vector<std::vector<bake::RaysWithTruth>> rays(count);
@@ -300,6 +310,7 @@ nlohmann::ordered_json export_race(const SceneBenchOptions& options, const std::
                                    Progress& progress) {
   check_export(folder);
   const BenchScene scene(options.scene, options.asset, options.configuration, progress);
+  for (const bake::Prepared* object : scene.objects()) refuse_holes(*object, options.scene);
   const StepOn step = steps(progress);
   const bake::SceneTruth truth(scene.objects(), scene.instances());
   std::vector<bake::RaysWithTruth> rays;
