@@ -170,6 +170,38 @@ TEST_F(Shown, WhatLetsLightThroughIsRecordedAndReadAlike) {
   EXPECT_NE(nothing.err.find("all of them let light through"), std::string::npos) << nothing.err;
 }
 
+TEST_F(Shown, WhatHasHolesIsExactWhateverIsAskedFor) {
+  Gltf gltf = two_nodes({1, 1, 1});
+  gltf.json["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = {1, 1, 1, 1};
+  json& primitive = gltf.json["meshes"][0]["primitives"][0];
+  primitive["material"] = 0;
+  std::vector<float> colors;  // the cube's left half lets light through
+  for (const mesh::Float3& corner : cube().positions)
+    colors.insert(colors.end(), {1, 1, 1, corner[0] > 0 ? 1.0f : 0.0f});
+  primitive["attributes"]["COLOR_0"] = gltf.accessor(raw(colors), 5126, "VEC4", colors.size() / 4);
+  const std::string mesh = write("half.glb", gltf), asset = path("half.nif");
+  const Outcome baked = bake(mesh, asset, {"--strict", "--no-merge"});
+  ASSERT_EQ(baked.code, 0) << baked.err;
+  EXPECT_NE(baked.out.find("is cutout: it has holes"), std::string::npos) << baked.out;
+  const json about = info(asset);
+  EXPECT_EQ(about["objects"][0]["encoding"], "cutout");
+  EXPECT_EQ(about["objects"][0]["triangles_with_holes"], 8);
+  EXPECT_EQ(about["metadata"]["alpha"]["materials"][0]["cut"], 8);
+  EXPECT_NE(nif({"info", asset}).out.find("8 triangles with holes"), std::string::npos);
+  expect_clean(asset);
+  const Outcome judged = nif({"eval", asset, "--mesh", mesh, "--rays", "5000", "--hits", "--json"});
+  ASSERT_EQ(judged.code, 0) << judged.err;
+  for (const json& set : json::parse(judged.out)["sets"]) EXPECT_EQ(set["error"], 0) << set;
+  EXPECT_EQ(nif({"bench", mesh, "--asset", asset, "--rays", "2000", "--rounds", "1", "--moved", "0"}).code,
+            0);
+  const Outcome exported = nif({"bench", asset, "--mesh", mesh, "--export", path("race")});
+  EXPECT_EQ(exported.code, int(Status::usage));
+  EXPECT_NE(exported.err.find("--ignore-alpha"), std::string::npos) << exported.err;
+  EXPECT_EQ(bake(mesh, path("named.nif"), {}).code, 0);
+  const Outcome named = nif({"bake", mesh, "-o", path("named.nif"), "--encoding", "cutout"});
+  EXPECT_EQ(named.code, int(Status::usage)) << "it cannot be asked for";
+}
+
 TEST_F(Shown, SeveralInstancesOfANodeAreAttachedAsOne) {
   Gltf gltf = two_nodes({1, 1, 1});
   const int places = gltf.positions({{0, 0, 0}, {5, 0, 0}, {0, 7, 0}});
