@@ -26,12 +26,15 @@ class CutoutEncoder final : public Encoder {
 
   void lay_out(const Prepared& prepared, double, bool, bool, Form& form) const override {
     std::vector<uint32_t> order;
-    form.cost.bytes = lay_out_triangles(prepared, options_, form.object(), &order);
+    const uint64_t triangles = lay_out_triangles(prepared, options_, form.object(), &order),
+                   numbers = triangles - form.object().triangles->bytes();
     form.object().holes = lay_out_holes(prepared.surface, order, form.alone.alpha_maps);
+    form.cost.resident = triangles + form.object().holes->bytes();
+    for (const kernels::AlphaMap& map : form.alone.alpha_maps)
+      form.cost.resident += kernels::alpha_tiles(map.width, map.height) * sizeof(uint64_t);
     form.report = CutoutBaking::Report();
     form.sections = format::section_bytes(form.alone);
-    form.cost.bytes = payload_bytes(form.sections);
-    form.cost.resident = form.cost.bytes;
+    form.cost.bytes = payload_bytes(form.sections) + numbers;
   }
 
   double work(const Form& form, const RaySource& source, uint64_t seed) const override {
