@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 
+#include "formats/base/rounding.hpp"
 #include "formats/mesh/box.hpp"
 #include "formats/mesh/transform.hpp"
 
@@ -185,7 +186,7 @@ void move_instances(Scene& scene, const Double3& by) {
       float& rounded = instance.transform[4 * a + 3];
       const double exact = double{rounded} + instance.remainder[a] + by[a];
       rounded = static_cast<float>(exact);
-      instance.remainder[a] = exact - double{rounded};
+      instance.remainder[a] = lost_to_float(exact);
     }
 }
 

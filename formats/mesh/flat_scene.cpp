@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "formats/base/memory.hpp"
+#include "formats/base/rounding.hpp"
 #include "formats/base/status.hpp"
 #include "formats/mesh/far_from_origin.hpp"
 #include "formats/mesh/hole_collector.hpp"
@@ -88,8 +89,7 @@ double FlatScene::rounding() const {
   for (size_t i = 0; i < instances_.size(); ++i) {
     if (!far(i)) continue;
     for (const Float3& p : meshes_[instances_[i].mesh].positions) {
-      const Double3 exact = placed(instances_[i], p), lost = exact - to_double(to_float(exact));
-      for (const double axis : lost) most = std::max(most, std::abs(axis));
+      for (const double axis : placed(instances_[i], p)) most = std::max(most, std::abs(lost_to_float(axis)));
     }
   }
   return most;

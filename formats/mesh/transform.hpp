@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "formats/base/rounding.hpp"
 #include "formats/base/vector.hpp"
 #include "formats/mesh/mesh_scene.hpp"
 
@@ -58,7 +59,7 @@ inline Instance placed(const Transform& outer, Instance instance) {
     double sum = outer[4 * row + 3];
     for (size_t k = 0; k < 3; ++k) sum += double(outer[4 * row + k]) * inner[k];
     instance.transform[4 * row + 3] = float(sum);
-    instance.remainder[row] = sum - double(float(sum));
+    instance.remainder[row] = lost_to_float(sum);
   }
   return instance;
 }

@@ -8,6 +8,7 @@
 #include <limits>
 #include <string>
 
+#include "formats/base/rounding.hpp"
 #include "formats/base/utf8.hpp"
 
 namespace nif::format {
@@ -260,7 +261,7 @@ class Reader {
       const double exact = record.translation[a];
       place.require(std::abs(exact) <= double(std::numeric_limits<float>::max()), Rule::transform_not_finite);
       const auto rounded = static_cast<float>(exact);
-      const double remainder = exact - double(rounded);
+      const double remainder = lost_to_float(exact);
       view.remainder[a] = static_cast<float>(remainder);
       place.require(double(view.remainder[a]) == remainder, Rule::translation_sum);
       std::copy_n(record.linear + 3 * a, 3, view.transform.begin() + ptrdiff_t(4 * a));

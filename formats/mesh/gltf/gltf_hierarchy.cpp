@@ -7,6 +7,7 @@
 
 #include <cmath>
 
+#include "formats/base/rounding.hpp"
 #include "formats/mesh/gltf/accessor.hpp"
 
 namespace nif::mesh::detail {
@@ -111,11 +112,7 @@ std::optional<Transform> to_transform(const Affine& world) {
 
 Double3 remainder_of(const Affine& world) {
   Double3 out;
-  for (size_t a = 0; a < 3; ++a) {
-    // GCC 12 may take the rounding of two neighbours for nothing, once it vectorizes them.
-    const volatile float rounded = static_cast<float>(world[4 * a + 3]);
-    out[a] = world[4 * a + 3] - double{rounded};
-  }
+  for (size_t a = 0; a < 3; ++a) out[a] = lost_to_float(world[4 * a + 3]);
   return out;
 }
 

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "api/error.hpp"
+#include "formats/base/rounding.hpp"
 #include "query/float_environment.hpp"
 
 namespace nif::runtime {
@@ -29,7 +30,7 @@ NIF_COMPUTES Placement placement_of(const InstanceSettings& settings, const Orig
     float& translation = placement.to_world[4 * a + 3];
     const double at = (double(translation) + double(settings.remainder[a])) + (settings.origin[a] - from[a]);
     translation = static_cast<float>(at);
-    placement.remainder[a] = static_cast<float>(at - double(translation));
+    placement.remainder[a] = static_cast<float>(lost_to_float(at));
   }
   return placement;
 }
@@ -43,9 +44,8 @@ NIF_COMPUTES Placement combine(const Transform& second, const Placement& first) 
       for (size_t k = 0; k < 3; ++k)
         sum += double(second[4 * row + k]) *
                (double(first.to_world[4 * k + column]) + (column == 3 ? double(first.remainder[k]) : 0.0));
-      const auto rounded = static_cast<float>(sum);
-      result.to_world[4 * row + column] = rounded;
-      if (remains && column == 3) result.remainder[row] = static_cast<float>(sum - double(rounded));
+      result.to_world[4 * row + column] = static_cast<float>(sum);
+      if (remains && column == 3) result.remainder[row] = static_cast<float>(lost_to_float(sum));
     }
   return result;
 }
