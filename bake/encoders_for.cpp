@@ -44,6 +44,9 @@ Encoders encoders_for(const BakeOptions& options, bool any_holes) {
   Encoders encoders = OfEncoders<EncodersOf>::make(options);
   if (encoders.empty())
     throw Error(Status::usage, fmt::format("no encoding is called '{}'", options.encoding));
+  if (any_holes && encoders.front()->trains_together())
+    throw Error(Status::usage,
+                "--shared-network is for objects without holes, and some have holes; try --ignore-alpha");
   if (any_holes) encoders.push_back(CutoutBaking::make(options));
   return encoders;
 }

@@ -138,6 +138,13 @@ TEST(Cutout, IsForObjectsWithHolesAlone) {
   }
 }
 
+TEST(Cutout, SharesNoNetwork) {
+  bake::BakeOptions options = options_of("spherical");
+  options.spherical.shared_network = true;
+  EXPECT_EQ(status_of(scene_of({icosphere(1), bush(1, 5, {disc(9, mesh::Wrap::clamp)})}), options),
+            Status::usage);
+}
+
 TEST(Cutout, TheSameMeshGivesTheSameBytes) {
   const mesh::Scene scene =
       scene_of({bush(3, 100, {disc(20, mesh::Wrap::mirror), disc(9, mesh::Wrap::clamp)})});
