@@ -22,6 +22,10 @@
 HWY_BEFORE_NAMESPACE();
 namespace nif::kernels::cpu::HWY_NAMESPACE {
 
+HWY_INLINE SomeHoles holes_of(const CutoutTree& tree) {
+  return {&tree.holes, tree.lanes.data(), tree.leaves.data()};
+}
+
 struct CutoutAnswerScratch {
   BoxEnds ends;
   BvhScratch<SomeHoles> bvh;
@@ -30,7 +34,7 @@ static_assert(sizeof(CutoutAnswerScratch) <= kKernelScratchBytes);
 
 void answer_cutout(const CutoutTree& tree, const SegmentBatch& batch, AnswerBatch& answers, void* memory) {
   auto& s = *static_cast<CutoutAnswerScratch*>(memory);
-  traverse_whole(tree.bvh, batch, answers, s.ends, s.bvh, SomeHoles{&tree.holes, tree.lanes.data()});
+  traverse_whole(tree.bvh, batch, answers, s.ends, s.bvh, holes_of(tree));
 }
 
 struct CutoutIntersectScratch {
@@ -42,8 +46,7 @@ static_assert(sizeof(CutoutIntersectScratch) <= kKernelScratchBytes);
 void intersect_cutout(const CutoutTree& tree, const SegmentBatch& batch, const float* limit, HitBatch& hits,
                       void* memory) {
   auto& s = *static_cast<CutoutIntersectScratch*>(memory);
-  traverse_whole_to_hits(tree.bvh, batch, limit, hits, s.ends, s.hits,
-                         SomeHoles{&tree.holes, tree.lanes.data()});
+  traverse_whole_to_hits(tree.bvh, batch, limit, hits, s.ends, s.hits, holes_of(tree));
 }
 
 constexpr SimdFunctions<CutoutTree> kCutoutFunctions = {.answer = answer_cutout,
@@ -62,13 +65,22 @@ KernelPointer make_kernel(const CutoutField& field, const KernelOptions& options
   return hold_kernel<SimdKernel<CutoutTree>>(
       options.memory, NIF_FUNCTIONS_FOR(SimdFunctions<CutoutTree>, kCutoutFunctions, options.isa), [&] {
         CutoutTree tree{tree_of(field.triangles, options, &field.holes), field.holes,
-                        std::pmr::vector<uint8_t>(options.memory)};
-        tree.lanes.reserve(tree.bvh.decoded.leaves.size());
-        for (const DecodedLeaf& leaf : tree.bvh.decoded.leaves) {
-          uint8_t lanes = 0;
-          for (uint32_t i = 0; i < kBvhLeafTriangles; ++i)
-            lanes |= uint8_t((patch_of(field.holes, leaf.triangles[i]) != nullptr) << i);
-          tree.lanes.push_back(lanes);
+                        std::pmr::vector<uint8_t>(options.memory),
+                        std::pmr::vector<LeafHoles>(options.memory)};
+        const size_t count = tree.bvh.decoded.leaves.size();
+        tree.lanes.resize(count);
+        tree.leaves.resize(count);
+        for (size_t leaf = 0; leaf < count; ++leaf) {
+          for (uint32_t i = 0; i < kBvhLeafTriangles; ++i) {
+            const AlphaPatch* const patch = patch_of(field.holes, tree.bvh.decoded.leaves[leaf].triangles[i]);
+            if (patch == nullptr) continue;
+            tree.lanes[leaf] |= uint8_t(1u << i);
+            LeafHoles& shown = tree.leaves[leaf];
+            for (uint32_t k = 0; k < 3; ++k)
+              for (uint32_t a = 0; a < 2; ++a) shown.places[k][a][i] = patch->places[k][a];
+            shown.unit[i] = 1.0f / float(1u << (kAlphaFraction - patch->shift));
+            shown.maps[i] = patch->map;
+          }
         }
         return tree;
       });

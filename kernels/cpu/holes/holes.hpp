@@ -11,24 +11,35 @@
 
 namespace nif::kernels::cpu {
 
+/// The patches of the triangles of a DecodedLeaf; of those without holes, 0.
+struct alignas(16) LeafHoles {
+  int32_t places[3][2][kBvhLeafTriangles];  ///< by corner and axis
+  float unit[kBvhLeafTriangles];            ///< of the places, in texels
+  uint32_t maps[kBvhLeafTriangles];
+};
+static_assert(sizeof(LeafHoles) == 128);
+
 /// A `cutout` object as the SIMD kernel keeps it.
 struct CutoutTree {
   BuiltBytes built_bytes() const {
     BuiltBytes bytes = bvh.built_bytes();
-    bytes.decoded_triangles += lanes.capacity();
+    bytes.decoded_triangles += lanes.capacity() + leaves.capacity() * sizeof(LeafHoles);
     return bytes;
   }
 
   BvhTree bvh;
   HolesField holes;
-  std::pmr::vector<uint8_t> lanes;  ///< [leaves of bvh.decoded], triangles with holes as bits
+  // [leaves of bvh.decoded]
+  std::pmr::vector<uint8_t> lanes;  ///< triangles with holes as bits
+  std::pmr::vector<LeafHoles> leaves;
 };
 
 /// The holes of the triangles of a CutoutTree; by default there are none.
 struct SomeHoles {
   static constexpr bool kAny = true;
   const HolesField* holes = nullptr;
-  const uint8_t* lanes = nullptr;
+  const uint8_t* lanes = nullptr;     ///< CutoutTree::lanes
+  const LeafHoles* leaves = nullptr;  ///< CutoutTree::leaves
 
   /// Triangles of a decoded leaf, as bits.
   uint32_t in_leaf(uint32_t leaf) const { return lanes[leaf]; }

@@ -18,7 +18,7 @@
 #include <utility>
 
 #include "kernels/cpu/holes/holes.hpp"
-#include "kernels/cpu/holes/texels-inl.hpp"
+#include "kernels/cpu/holes/leaf_holes-inl.hpp"
 #include "kernels/cpu/triangles/boxes-inl.hpp"
 #include "kernels/cpu/triangles/exact_hits-inl.hpp"
 #include "kernels/cpu/triangles/large-inl.hpp"
@@ -140,43 +140,12 @@ inline constexpr uint32_t triangles_in(Child leaf) {
   return kLeafBits >> (kBvhLeafTriangles - 1 - leaf % kBvhLeafTriangles);
 }
 
-/// What a traversal must know of a leaf.
-template <class Holes>
-using DepthsFor = std::conditional_t<Holes::kAny, LeafDepthsAndSides, LeafDepths>;
-
-/// What is known of triangles of a leaf in single precision, as bits.
-struct KnownHoles {
-  uint32_t block = 0, pass = 0;  ///< wherever they surely are met
-};
-HWY_INLINE KnownHoles known_holes(const SomeHoles& holes, const DecodedLeaf& leaf,
-                                  const LeafDepthsAndSides& depths, uint32_t lanes) {
-  KnownHoles known;
-  for (; lanes != 0; lanes &= lanes - 1) {
-    const uint32_t i = lowest_bit(lanes);
-    const float side[3] = {depths.side[0][i], depths.side[1][i], depths.side[2][i]};
-    const Blocks blocks =
-        blocks_in_single(*holes.holes, *patch_of(*holes.holes, leaf.triangles[i]), side, depths.error[i]);
-    known.block |= uint32_t(blocks == Blocks::yes) << i;
-    known.pass |= uint32_t(blocks == Blocks::no) << i;
-  }
-  return known;
-}
-
-/// Does the ray meet this triangle, as the reference defines it, and does the triangle block it there?
-template <class Holes>
-HWY_INLINE bool blocks_exactly(const Holes& holes, const TriangleRay& ray, const TriangleCorners& triangle) {
-  const float* const vertices[3] = {triangle.corners[0], triangle.corners[1], triangle.corners[2]};
-  TriangleCrossing<double> crossing;
-  return meets_triangle(ray, vertices, crossing) && holes(triangle.triangle, crossing);
-}
-
 /// Goal: does any triangle block a ray?
 template <class Holes>
 class AnyTriangle {
  public:
   static constexpr bool kNearestFirst = false;
-  struct State {};
-  using Depths = DepthsFor<Holes>;
+  using State = ExactRayFor<Holes>;
 
   AnyTriangle(const BvhTree& tree, const Holes& holes, const SegmentBatch& batch, AnswerBatch& answers)
       : tree_(tree), holes_(holes), batch_(batch), answers_(answers) {}
@@ -185,7 +154,9 @@ class AnyTriangle {
   HWY_INLINE uint32_t without_holes(Child leaf) const { return ~holes_.in_leaf(leaf / kBvhLeafTriangles); }
 
   AnswerBatch& answers() const { return answers_; }
-  HWY_INLINE void begin(Flight<AnyTriangle>&) const {}
+  HWY_INLINE void begin(Flight<AnyTriangle>& flight) const {
+    flight.state.prepare(tree_.field, batch_, flight.number, flight.ray.exit[3]);
+  }
   /// Rays that meet a large triangle are finished.
   HWY_NOINLINE FirstLook look_at_large(const SeenRays& rays, const BoxRays& boxes, LargeHits&) const {
     const LargeOrder order(rays.axis);
@@ -210,17 +181,16 @@ class AnyTriangle {
     return {.finished = blocked};
   }
   /// Looks at some triangles of a leaf. Returns true if the ray is finished.
-  HWY_INLINE bool look_at(Child leaf, const DepthsFor<Holes>& depths, uint32_t lanes,
-                          Flight<AnyTriangle>& flight) const {
-    if ((depths.met & lanes & without_holes(leaf)) != 0) return true;
-    lanes &= depths.open;
+  HWY_INLINE bool look_at(Child at, uint32_t lanes, Flight<AnyTriangle>& flight) const {
+    const DecodedLeaf& leaf = tree_.decoded.leaves[at / kBvhLeafTriangles];
     if constexpr (Holes::kAny) {
-      const KnownHoles known = known_holes(holes_, tree_.decoded.leaves[leaf / kBvhLeafTriangles], depths,
-                                           depths.met & lanes & ~without_holes(leaf));
-      if (known.block != 0) return true;
-      lanes &= ~known.pass;
+      return blocking(holes_, leaf, at / kBvhLeafTriangles, flight.leaf_ray, flight.state.ray, lanes) != 0;
+    } else {
+      const LeafDepths depths = depths_of(leaf, flight.leaf_ray);
+      if ((depths.met & lanes) != 0) return true;
+      lanes &= depths.open;
+      return lanes != 0 && blocks_exactly(leaf, lanes, flight.number);
     }
-    return lanes != 0 && blocks_exactly(tree_.decoded.leaves[leaf / kBvhLeafTriangles], lanes, flight.number);
   }
   HWY_INLINE void end(const Flight<AnyTriangle>& flight, bool blocked) const {
     answers_.logit[flight.number] = blocked ? -kCertainLogit : kCertainLogit;
@@ -231,7 +201,7 @@ class AnyTriangle {
     TriangleRay exact;
     prepare_for_triangles(tree_.field, segment_of(batch_, ray), exact);
     for (; lanes != 0; lanes &= lanes - 1)
-      if (decoded::blocks_exactly(holes_, exact, corners_of(leaf, lowest_bit(lanes)))) return true;
+      if (cpu::HWY_NAMESPACE::blocks_exactly(holes_, exact, corners_of(leaf, lowest_bit(lanes)))) return true;
     return false;
   }
 
@@ -246,8 +216,8 @@ template <class Holes>
 class FirstTriangle {
  public:
   static constexpr bool kNearestFirst = true;
-  using Depths = DepthsFor<Holes>;
-  using State = RayCandidates<Child>;  ///< a place is the leaf times kBvhLeafTriangles, plus the lane
+  /// A place is the leaf times kBvhLeafTriangles, plus the lane.
+  struct State : RayCandidates<Child>, ExactRayFor<Holes> {};
 
   FirstTriangle(const BvhTree& tree, const Holes& holes, const SegmentBatch& batch, AnswerBatch& answers,
                 HitBatch& hits, HitCandidates& candidates)
@@ -256,7 +226,10 @@ class FirstTriangle {
   }
 
   AnswerBatch& answers() const { return answers_; }
-  HWY_INLINE void begin(Flight<FirstTriangle>& flight) const { flight.state.clear(); }
+  HWY_INLINE void begin(Flight<FirstTriangle>& flight) const {
+    flight.state.clear();
+    flight.state.prepare(tree_.field, batch_, flight.number, flight.ray.exit[3]);
+  }
   /// Rays need not go farther than the first large triangle that they surely meet.
   HWY_NOINLINE FirstLook look_at_large(const SeenRays& rays, BoxRays& boxes, LargeHits& hits) const {
     const Floats d;
@@ -306,18 +279,18 @@ class FirstTriangle {
       keep(hits.low[lowest_bit(open)][lane], lowest_bit(open), flight);
     shorten(flight.leaf_ray, flight.state.bound);
   }
-  HWY_INLINE bool look_at(Child leaf, DepthsFor<Holes>& depths, uint32_t lanes,
-                          Flight<FirstTriangle>& flight) const {
+  HWY_INLINE bool look_at(Child leaf, uint32_t lanes, Flight<FirstTriangle>& flight) const {
     State& state = flight.state;
     const float before = state.bound;
+    const DecodedLeaf& triangles = tree_.decoded.leaves[leaf / kBvhLeafTriangles];
+    LeafDepths depths = depths_of(triangles, flight.leaf_ray);
     if constexpr (Holes::kAny) {
-      if (uint32_t holes = depths.open & lanes & holes_.in_leaf(leaf / kBvhLeafTriangles); holes != 0) {
-        const KnownHoles known =
-            known_holes(holes_, tree_.decoded.leaves[leaf / kBvhLeafTriangles], depths, depths.met & holes);
-        depths.open &= ~known.pass;
-        depths.met &= ~known.pass;
-        holes &= ~(known.block | known.pass);
-        if (holes != 0) decide_holes(leaf, holes, flight, depths);
+      // Those with holes are met if they block the ray, else they are not open.
+      if (const uint32_t holes = depths.open & lanes & holes_.in_leaf(leaf / kBvhLeafTriangles); holes != 0) {
+        const uint32_t blocks =
+            blocking(holes_, triangles, leaf / kBvhLeafTriangles, flight.leaf_ray, state.ray, holes);
+        depths.open &= ~(holes & ~blocks);
+        depths.met = (depths.met & ~holes) | blocks;
       }
     }
     for (uint32_t met = depths.met & lanes; met != 0; met &= met - 1)
@@ -343,21 +316,6 @@ class FirstTriangle {
   void finish() const { finish_hits(tree_.field, batch_, answers_, candidates_, hits_); }
 
  private:
-  /// Triangles with holes that block the ray are met, and the others are not open.
-  HWY_NOINLINE void decide_holes(Child leaf, uint32_t lanes, const Flight<FirstTriangle>& flight,
-                                 LeafDepthsAndSides& depths) const {
-    TriangleRay exact;
-    prepare_for_triangles(tree_.field, segment_of(batch_, flight.number), exact);
-    for (; lanes != 0; lanes &= lanes - 1) {
-      const uint32_t i = lowest_bit(lanes);
-      const bool blocks =
-          depths.low[i] <= flight.state.bound &&
-          blocks_exactly(holes_, exact, corners_of(tree_.decoded.leaves[leaf / kBvhLeafTriangles], i));
-      depths.open &= ~(uint32_t(!blocks) << i);
-      depths.met = (depths.met & ~(1u << i)) | uint32_t(blocks) << i;
-    }
-  }
-
   /// Adds a candidate.
   HWY_INLINE void keep(float low, Child place, Flight<FirstTriangle>& flight) const {
     State& state = flight.state;
@@ -434,14 +392,11 @@ class Traversal {
 
   /// Processes the triangles that rays may have met, and replaces finished rays.
   HWY_INLINE void exchange(FlightGroup& group) {
-    const DecodedLeaf* const leaves = tree_.decoded.leaves.data();
     uint32_t blocked = group.blocked;
     for (uint32_t i = 0; i < group.count; ++i) {
       const Child leaf = group.leaves[i];
-      const uint32_t at = group.rays[i], triangles = triangles_in(leaf);
-      Flight& flight = group.flights[at];
-      auto depths = depths_of<typename Goal::Depths>(leaves[leaf / kBvhLeafTriangles], flight.leaf_ray);
-      const bool met = goal_.look_at(leaf, depths, triangles, flight);
+      const uint32_t at = group.rays[i];
+      const bool met = goal_.look_at(leaf, triangles_in(leaf), group.flights[at]);
       blocked |= uint32_t(met) << at;
     }
     const uint32_t done = group.done | blocked;

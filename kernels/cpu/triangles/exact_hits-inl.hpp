@@ -61,6 +61,56 @@ struct HitCandidates {
 using Doubles = hn::CappedTag<double, 8>;
 constexpr uint32_t kDoubles = uint32_t(hn::MaxLanes(Doubles()));
 
+/// What the reference finds about triangles, one in a lane.
+template <class V>
+struct ExactTest {
+  hn::Mask<hn::DFromV<V>> met;    ///< by the ray
+  hn::Mask<hn::DFromV<V>> close;  ///< the reference must decide
+  V t, second, third;             ///< where it is met, the latter as the weights of these corners
+};
+
+/// As meets_triangle(), which leaves triangles that appear narrow, or that are passed beside, to passes_close(): of these
+/// only what needs no correction. `x`, `y`, `z`: the corners, sheared. The others are as in TriangleRay.
+template <class V>
+HWY_INLINE ExactTest<V> test_exactly(const V (&x)[3], const V (&y)[3], const V (&z)[3], V error, V length,
+                                     V tmin, V tmax) {
+  const hn::DFromV<V> d;
+  const V side[3] = {hn::Sub(hn::Mul(x[2], y[1]), hn::Mul(y[2], x[1])),
+                     hn::Sub(hn::Mul(x[0], y[2]), hn::Mul(y[0], x[2])),
+                     hn::Sub(hn::Mul(x[1], y[0]), hn::Mul(y[1], x[0]))};
+  const auto least = [&](const V* v) HWY_ATTR { return hn::Min(hn::Min(v[0], v[1]), v[2]); };
+  const auto most = [&](const V* v) HWY_ATTR { return hn::Max(hn::Max(v[0], v[1]), v[2]); };
+  const V lowest = least(side), highest = most(side), apart = hn::Min(hn::Neg(lowest), highest);
+  const V width = hn::Sub(most(x), least(x)), height = hn::Sub(most(y), least(y)),
+          larger = hn::Max(height, width);
+  const auto surely = hn::Gt(apart, hn::Mul(hn::Mul(hn::Set(d, kSurelyApart<double>), error), error));
+  const auto enough =
+      hn::Gt(apart, hn::Mul(hn::Mul(hn::Set(d, 4.0), error),
+                            hn::Add(hn::Add(width, height), hn::Mul(hn::Set(d, 8.0), error))));
+  const auto missed = hn::Or(surely, enough);
+  const V sum = hn::Add(hn::Add(side[0], side[1]), side[2]);
+  const auto narrow = hn::Lt(hn::Abs(sum), hn::Mul(hn::Mul(hn::Set(d, double{kEdgeOn}), larger), larger));
+  const auto sum_of = [&](const V* by, const V* v, V first) HWY_ATTR {
+    return hn::Add(hn::Add(first, hn::Mul(by[1], v[1])), hn::Mul(by[2], v[2]));
+  };
+  const V weights[3] = {hn::Div(side[0], sum), hn::Div(side[1], sum), hn::Div(side[2], sum)};
+  const auto mean = [&](const V* v) HWY_ATTR {
+    return sum_of(weights, v, hn::Add(hn::Zero(d), hn::Mul(weights[0], v[0])));  // -0 becomes 0
+  };
+  const auto off = hn::Max(hn::Abs(mean(x)), hn::Abs(mean(y)));
+  const auto near = hn::Le(off, hn::Mul(hn::Set(d, double{kPointNear}), error));
+  const auto beside = hn::Gt(apart, hn::Zero(d));
+  ExactTest<V> test;
+  test.close = hn::AndNot(missed, hn::Or(beside, hn::AndNot(near, narrow)));
+  const V depth = hn::IfThenElse(narrow, mean(z), hn::Div(sum_of(side, z, hn::Mul(side[0], z[0])), sum));
+  test.t = hn::Div(depth, length);
+  test.second = weights[1];
+  test.third = weights[2];
+  const auto in_range = hn::And(hn::Le(tmin, test.t), hn::Le(test.t, tmax));
+  test.met = hn::And(in_range, hn::AndNot(hn::Or(missed, test.close), hn::Ne(sum, hn::Zero(d))));
+  return test;
+}
+
 /// What is known of as many candidates as there are lanes.
 struct CandidateHits {
   alignas(64) double t[kDoubles];
@@ -107,41 +157,22 @@ HWY_NOINLINE inline void test_candidates(const TrianglesField& field, const Segm
     y[k] = hn::Sub(hn::Sub(corner[k][1], origin[1]), hn::Mul(shear_y, z[k]));
   }
 
-  // As in meets_triangle().
-  const D side[3] = {hn::Sub(hn::Mul(x[2], y[1]), hn::Mul(y[2], x[1])),
-                     hn::Sub(hn::Mul(x[0], y[2]), hn::Mul(y[0], x[2])),
-                     hn::Sub(hn::Mul(x[1], y[0]), hn::Mul(y[1], x[0]))};
-  const auto least = [&](const D* v) HWY_ATTR { return hn::Min(hn::Min(v[0], v[1]), v[2]); };
-  const auto most = [&](const D* v) HWY_ATTR { return hn::Max(hn::Max(v[0], v[1]), v[2]); };
-  const D apart = hn::Min(hn::Neg(least(side)), most(side));
-  const D width = hn::Sub(most(x), least(x)), height = hn::Sub(most(y), least(y)),
-          larger = hn::Max(height, width);
-  const auto surely = hn::Gt(apart, hn::Mul(hn::Mul(hn::Set(d, kSurelyApart<double>), error), error));
-  const auto enough =
-      hn::Gt(apart, hn::Mul(hn::Mul(hn::Set(d, 4.0), error),
-                            hn::Add(hn::Add(width, height), hn::Mul(hn::Set(d, 8.0), error))));
-  const D sum = hn::Add(hn::Add(side[0], side[1]), side[2]);
-  const auto edge_on = hn::Lt(hn::Abs(sum), hn::Mul(hn::Mul(hn::Set(d, double{kEdgeOn}), larger), larger));
-  const auto close = hn::Or(hn::Gt(apart, hn::Zero(d)), edge_on);
-  const D depth =
-      hn::Div(hn::Add(hn::Add(hn::Mul(side[0], z[0]), hn::Mul(side[1], z[1])), hn::Mul(side[2], z[2])), sum);
-  const D t = hn::Div(depth, length);
-  const auto in_range = hn::And(hn::Le(wide(of_batch(batch.tmin)), t), hn::Le(t, wide(of_batch(batch.tmax))));
+  const ExactTest<D> test =
+      test_exactly(x, y, z, error, length, wide(of_batch(batch.tmin)), wide(of_batch(batch.tmax)));
   const auto bits = [&](auto mask) HWY_ATTR {
     uint8_t bytes[8] = {};
     hn::StoreMaskBits(d, mask, bytes);
     return uint32_t(bytes[0]);
   };
-  const uint32_t missed = bits(hn::Or(surely, enough));
-  hits.close = bits(close) & ~missed;
-  hits.met = bits(hn::And(in_range, hn::Ne(sum, hn::Zero(d)))) & ~(missed | hits.close);
-  hn::Store(t, d, hits.t);
+  hits.close = bits(test.close);
+  hits.met = bits(test.met);
+  hn::Store(test.t, d, hits.t);
 
   // As in hit_at(). The normal's components have the order of `axis`, which is cyclic.
   const auto store = [&](D v, float* to) HWY_ATTR { hn::Store(hn::DemoteTo(df, v), df, to); };
-  store(t, hits.hit_t);
-  store(hn::Div(side[1], sum), hits.u);
-  store(hn::Div(side[2], sum), hits.v);
+  store(test.t, hits.hit_t);
+  store(test.second, hits.u);
+  store(test.third, hits.v);
   D normal[3], largest = hn::Zero(d);
   for (uint32_t i = 0; i < 3; ++i) {
     const uint32_t j = (i + 1) % 3, k = (i + 2) % 3;

@@ -13,8 +13,6 @@
 
 #include <hwy/highway.h>
 
-#include <type_traits>
-
 #include "kernels/cpu/triangles/decoded_tree.hpp"
 #include "kernels/cpu/triangles/exact_hits-inl.hpp"
 #include "kernels/cpu/triangles/sides-inl.hpp"
@@ -150,15 +148,7 @@ struct LeafDepths {
   float high[4];             ///< at most
   uint32_t open, met;        ///< as LeafTest's
 };
-/// Also on which sides of the edges it passes.
-struct LeafDepthsAndSides : LeafDepths {
-  alignas(16) float side[3][4];  ///< by the corner across the edge
-  float error[4];                ///< at most
-};
-
-/// Depths: LeafDepths, or with sides.
-template <class Depths>
-HWY_INLINE Depths depths_of(const DecodedLeaf& leaf, const DecodedRay& ray) {
+HWY_INLINE LeafDepths depths_of(const DecodedLeaf& leaf, const DecodedRay& ray) {
   const Four d;
   const SeenLeaf seen = see(leaf, ray);
   const auto sign = hn::BitCast(d, hn::Set(hn::RebindToUnsigned<Four>(), ray.sign));
@@ -177,11 +167,7 @@ HWY_INLINE Depths depths_of(const DecodedLeaf& leaf, const DecodedRay& ray) {
                                 hn::Sub(most, least), hn::Add(padding, padding));
   const auto low = hn::IfThenElse(wide, hn::Sub(mean, error), hn::Sub(least, slack));
   const auto high = hn::IfThenElse(wide, hn::Add(mean, error), hn::Add(most, slack));
-  Depths depths;
-  if constexpr (std::is_same_v<Depths, LeafDepthsAndSides>) {
-    for (uint32_t k = 0; k < 3; ++k) hn::Store(seen.sides.side[k], d, depths.side[k]);
-    hn::Store(seen.sides.error, d, depths.error);
-  }
+  LeafDepths depths;
   hn::Store(low, d, depths.low);
   hn::Store(high, d, depths.high);
   const auto begin = hn::Set(d, ray.depth_begin), end = hn::Set(d, ray.depth_end);

@@ -15,7 +15,7 @@
 
 #include <hwy/highway.h>
 
-#include "kernels/cpu/holes/texels-inl.hpp"
+#include "kernels/cpu/holes/holes.hpp"
 #include "kernels/cpu/triangles/rays-inl.hpp"
 #include "kernels/cpu/triangles/sides-inl.hpp"
 #include "kernels/reference/batch.hpp"
@@ -225,6 +225,8 @@ template <class Holes>
 HWY_INLINE bool meets_open(const TrianglesField& field, const Holes& holes, const SegmentBatch& batch,
                            uint32_t number, const ReadyRay& ray, const OpenTriangles& found) {
   const BvhNode& node = field.nodes[found.visit.node()];
+  TriangleRay exact;
+  bool prepared = false;
   uint32_t ranks = found.ranks, open = found.open;
   for (uint32_t i = 0; open != 0; ++i, open >>= 1, ranks &= ranks - 1) {
     if ((open & 1) == 0) continue;
@@ -235,16 +237,12 @@ HWY_INLINE bool meets_open(const TrianglesField& field, const Holes& holes, cons
     Meets meets = Meets::perhaps;
     if (found.inside >> i & 1) meets = meets_within(ray, corners, found, i);
     if constexpr (Holes::kAny) {
-      if (const AlphaPatch* const patch = holes.patch(triangle); patch != nullptr && meets == Meets::yes) {
-        const float side[3] = {found.side[0][i], found.side[1][i], found.side[2][i]};
-        const Blocks blocks = blocks_in_single(*holes.holes, *patch, side, found.error[i]);
-        meets = blocks == Blocks::yes ? Meets::yes : blocks == Blocks::no ? Meets::no : Meets::perhaps;
-      }
+      if (meets == Meets::yes && holes.patch(triangle) != nullptr) meets = Meets::perhaps;
     }
     if (HWY_UNLIKELY(meets == Meets::perhaps)) {
-      TriangleRay exact;
       TriangleCrossing<double> crossing;
-      prepare_for_triangles(field, segment_of(batch, number), exact);
+      if (!prepared) prepare_for_triangles(field, segment_of(batch, number), exact);
+      prepared = true;
       if (meets_triangle(exact, corners, crossing) && holes(triangle, crossing)) return true;
     }
     if (meets == Meets::yes) return true;
