@@ -111,10 +111,10 @@ struct Large {
   uint32_t triangle, first_vertex;
 };
 
-/// The tree of the file without its large triangles.
+/// The tree of the file without its large triangles, and with boxes around what blocks light of the others.
 class RestOfTree {
  public:
-  RestOfTree(const TrianglesField& field, const HolesField* holes, std::pmr::memory_resource* memory)
+  RestOfTree(const TrianglesField& field, const BlockingBoxes* holes, std::pmr::memory_resource* memory)
       : field_(field), holes_(holes), changed_(memory) {
     Box whole{};
     const Items root = items_of(0);
@@ -122,7 +122,7 @@ class RestOfTree {
       whole = i == 0 ? root.items[0].box : around(whole, root.items[i].box);
     least_ = field.triangle_count <= kMostLarge ? 0 : kLargeBox * surface(whole);
     choose_large(0);
-    if (large_count_ != 0) take_out(0);
+    if (changes()) take_out(0);
     // In the order of nodes.
     std::sort(changed_.begin(), changed_.end(),
               [](const Changed& a, const Changed& b) { return a.node < b.node; });
@@ -137,17 +137,17 @@ class RestOfTree {
     Items all;
     for (uint32_t s = 0; s < kBvhWidth && node.slots[s] != 0; ++s) {
       Item item = item_of(node, s);
-      if (large_count_ == 0 || without_large(item)) all.items[all.count++] = item;
+      if (!changes() || without_large(item)) all.items[all.count++] = item;
     }
     join_leaves(all);
     return all;
   }
 
  private:
-  /// A node with large triangles below it.
+  /// A node whose box is not that of the file.
   struct Changed {
     uint32_t node;
-    bool empty;  ///< there are no others
+    bool empty;  ///< there are only large triangles below it
     Box box;     ///< around the others
   };
 
@@ -156,7 +156,20 @@ class RestOfTree {
                        [&](const Large& large) { return large.triangle == triangle; });
   }
 
-  /// Removes the large triangles from an item. Returns false if nothing is left.
+  bool changes() const { return large_count_ != 0 || holes_ != nullptr; }
+
+  /// A box around what blocks light.
+  Box blocking_box(uint32_t first_vertex, uint32_t triangle) const {
+    Box box = box_of(field_, first_vertex, triangle);
+    if (holes_ == nullptr) return box;
+    const float* corners[3];
+    for (uint32_t k = 0; k < 3; ++k)
+      corners[k] = field_.vertices[size_t{first_vertex} + field_.triangles[triangle][k]];
+    holes_->shrink(triangle, corners, box.low, box.high);
+    return box;
+  }
+
+  /// Removes the large triangles from an item, and changes its box. Returns false if nothing is left.
   bool without_large(Item& item) const {
     if (item.count == 0) {
       const auto found = std::lower_bound(changed_.begin(), changed_.end(), item.node,
@@ -169,12 +182,12 @@ class RestOfTree {
     Box rest{};
     for (uint32_t i = 0; i < item.count; ++i) {
       if (is_large(item.triangles[i])) continue;
-      const Box box = box_of(field_, item.first_vertex[i], item.triangles[i]);
+      const Box box = blocking_box(item.first_vertex[i], item.triangles[i]);
       rest = kept == 0 ? box : around(rest, box);
       item.triangles[kept] = item.triangles[i];
       item.first_vertex[kept++] = item.first_vertex[i];
     }
-    if (kept == item.count) return true;
+    if (kept == item.count && holes_ == nullptr) return true;
     item.count = kept;
     item.box = rest;
     return kept != 0;
@@ -193,7 +206,7 @@ class RestOfTree {
     }
   }
   void add_large(const Large& large) {
-    if (large.surface < least_ || (holes_ && patch_of(*holes_, large.triangle))) return;
+    if (large.surface < least_ || (holes_ != nullptr && holes_->has_holes(large.triangle))) return;
     uint32_t at = large_count_;
     if (at == kMostLarge && large.surface <= large_[at - 1].surface) return;
     if (at == kMostLarge) --at;
@@ -202,7 +215,7 @@ class RestOfTree {
     large_[at] = large;
   }
 
-  /// Notes which nodes have large triangles below them. Returns whether this one does.
+  /// Notes which nodes have other boxes than in the file. Returns whether this one does.
   bool take_out(uint32_t number) {
     const BvhNode& node = field_.nodes[number];
     Changed changed{number, true, {}};
@@ -211,10 +224,10 @@ class RestOfTree {
       Item item = item_of(node, s);
       const uint32_t count = item.count;
       bool left = true;
-      if (surface(item.box) >= least_) {
+      if (holes_ != nullptr || surface(item.box) >= least_) {
         if (count != 0) {
           left = without_large(item);
-          some = some || item.count != count;
+          some = some || holes_ != nullptr || item.count != count;
         } else if (take_out(item.node)) {
           some = true;
           left = !changed_.back().empty;
@@ -230,8 +243,8 @@ class RestOfTree {
   }
 
   const TrianglesField& field_;
-  const HolesField* holes_;
-  double least_ = 0;  ///< surface of a large triangle's box
+  const BlockingBoxes* holes_;  ///< null if there are none
+  double least_ = 0;            ///< surface of a large triangle's box
   Large large_[kMostLarge];
   uint32_t large_count_ = 0;
   std::pmr::vector<Changed> changed_;
@@ -332,7 +345,7 @@ uint32_t far_to_near(const Items& all, uint32_t signs) {
 /// Builds the decoded nodes from the root on, each after its parent.
 class Decoder {
  public:
-  Decoder(const TrianglesField& field, const HolesField* holes, size_t most_bytes,
+  Decoder(const TrianglesField& field, const BlockingBoxes* holes, size_t most_bytes,
           std::pmr::memory_resource* memory)
       : tree_(field, holes, memory),
         most_bytes_(most_bytes),
@@ -439,7 +452,7 @@ class Decoder {
 }  // namespace
 
 DecodedTree decode(const TrianglesField& field, size_t most_bytes, std::pmr::memory_resource* memory,
-                   const HolesField* holes) {
+                   const BlockingBoxes* holes) {
   // Numbers of nodes and of triangles in leaves take 32 bits.
   most_bytes = size_t(std::min<uint64_t>(most_bytes, uint64_t{1} << 32));
   // The size is not known before.

@@ -13,7 +13,7 @@
 #include <cstdint>
 #include <memory_resource>
 
-#include "kernels/reference/holes/holes_field.hpp"
+#include "kernels/cpu/holes/blocking_boxes.hpp"
 #include "kernels/reference/triangles/triangles_field.hpp"
 
 namespace nif::kernels::cpu {
@@ -91,9 +91,9 @@ inline constexpr uint64_t least_decoded_bytes(uint64_t triangles) {
   return triangles * sizeof(DecodedLeaf) / kBvhLeafTriangles;
 }
 
-/// Decodes an object if that takes at most `most_bytes`, else returns an empty tree. Triangles with holes, if there
-/// are any, are not large.
+/// Decodes an object if that takes at most `most_bytes`, else returns an empty tree. `holes`: null if there are none.
+/// Triangles with holes are not large.
 DecodedTree decode(const TrianglesField& field, size_t most_bytes, std::pmr::memory_resource* memory,
-                   const HolesField* holes = nullptr);
+                   const BlockingBoxes* holes = nullptr);
 
 }  // namespace nif::kernels::cpu

@@ -1,6 +1,8 @@
 // A `bvh` object as the SIMD kernel keeps it: the field, the boxes of its root, and how far frames reach.
 #pragma once
 
+#include <optional>
+
 #include "kernels/cpu/kernel_options.hpp"
 #include "kernels/cpu/triangles/decoded_tree.hpp"
 
@@ -23,7 +25,12 @@ struct BvhTree {
 inline BvhTree tree_of(const TrianglesField& field, [[maybe_unused]] const KernelOptions& options,
                        [[maybe_unused]] const HolesField* holes = nullptr) {
 #ifdef NIF_DECODES
-  BvhTree tree{field, decode(field, options.most_decoded, options.memory, holes), field.extent};
+  BvhTree tree{field, {}, field.extent};
+  if (least_decoded_bytes(field.triangle_count) <= options.most_decoded) {
+    std::optional<BlockingBoxes> boxes;
+    if (holes != nullptr) boxes.emplace(*holes, options.copies, options.memory);
+    tree.decoded = decode(field, options.most_decoded, options.memory, boxes ? &*boxes : nullptr);
+  }
 #else
   BvhTree tree{field, {}, field.extent};
 #endif
