@@ -257,22 +257,29 @@ inline format::Object random_bvh_object(Random& random, const std::string& name)
   return object;
 }
 
-/// A map of any shape; sometimes all of one kind.
+/// A map of any shape; sometimes all of one kind, or with a wide margin.
 inline void add_random_alpha_map(Random& random, format::AlphaMaps& maps) {
   kernels::AlphaMap map;
   map.width = 1 + random.below(random.below(4) ? 20 : 70);
   map.height = 1 + random.below(random.below(4) ? 20 : 70);
   for (uint32_t& wrap : map.wrap) wrap = random.below(kernels::kAlphaWraps);
   const uint32_t columns = kernels::alpha_tiles(map.width), grain = 1 + random.below(4);
-  const uint32_t share = random.below(5);  // of 4 blocks of texels, so many are solid
+  const uint32_t of = random.below(4) ? 4 : 200,
+                 share = random.below(5);  // of these blocks of texels, so many are solid
+  uint32_t margin[2][2] = {};              // before and after, along x and y
+  if (random.below(3) == 0)
+    for (uint32_t a = 0; a < 2; ++a)
+      for (uint32_t& side : margin[a]) side = random.below(a == 0 ? map.width : map.height);
   auto tiles = std::make_shared<std::vector<uint64_t>>(kernels::alpha_tiles(map.width, map.height));
   std::vector<bool> blocks(size_t{map.width} * map.height);
   for (uint32_t y = 0; y < map.height; ++y)
     for (uint32_t x = 0; x < map.width; ++x) {
       const bool first = x % grain == 0 && y % grain == 0;
-      const bool solid =
-          first ? random.below(4) < share : blocks[size_t{y / grain * grain} * map.width + x / grain * grain];
+      bool solid = first ? random.below(of) < share
+                         : blocks[size_t{y / grain * grain} * map.width + x / grain * grain];
       blocks[size_t{y} * map.width + x] = solid;
+      solid = solid && x >= margin[0][0] && x + margin[0][1] < map.width && y >= margin[1][0] &&
+              y + margin[1][1] < map.height;
       const size_t tile = size_t{y / kernels::kAlphaTile} * columns + x / kernels::kAlphaTile;
       (*tiles)[tile] |= uint64_t{solid}
                         << (x % kernels::kAlphaTile + kernels::kAlphaTile * (y % kernels::kAlphaTile));

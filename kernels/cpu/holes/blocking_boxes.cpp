@@ -9,8 +9,9 @@ namespace nif::kernels::cpu {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// A patch is looked at in at most this many rows, and columns, of cells.
-constexpr double kMostCells = 128;
+/// A patch is looked at in at most this many rows, and columns, of cells; in fewer if there is a patch for each triangle or
+/// two, because the time to load an object must not be far above that of its triangles.
+constexpr double kMostCells = 128, kCellsOfATriangle = 512;
 /// Of a patch whose place is computed with, in texels: then rounding moves no point by as much as kSlack.
 constexpr double kMostTexels = 0x1p15, kLeastArea = 1;
 /// Hulls are larger than what they are around by as many texels.
@@ -23,10 +24,10 @@ struct Span {
   int64_t first, last;
 };
 
-/// An alpha map, and in cells of 8, 64 and 512 texels along a side whether any blocks light.
+/// An alpha map, and in cells of 8, 64, 512 and 4096 texels along a side whether any blocks light.
 class Cells {
  public:
-  static constexpr uint32_t kLevels = 4;
+  static constexpr uint32_t kLevels = 5;
 
   Cells(const AlphaMap& map, SharedCopies& copies) : map_(map) {
     size_t words = 0;
@@ -89,9 +90,15 @@ class Cells {
         to[1] = {first, last};
         return 2;
       }
-      // A mirrored span goes on to the border that it passes; to both is more than enough.
-      const bool passes = wrap == kAlphaMirror && std::abs(end - first) != more;
-      if (!passes) to[0] = {std::min(first, end), std::max(first, end)};
+      to[0] = {std::min(first, end), std::max(first, end)};
+      // A mirrored span that passes a border goes on to it from both ends.
+      const auto copy = [&](int64_t texel) { return int64_t(std::floor(double(texel) / double(size))); };
+      if (wrap == kAlphaMirror && copy(span.first) != copy(span.last)) {
+        if (copy(span.last) % 2 == 0)
+          to[0].first = 0;
+        else
+          to[0].last = last;
+      }
     }
     return 1;
   }
@@ -193,7 +200,9 @@ Reach reach_of(const Cells& cells, uint32_t level, const Places& places, int axi
     if (!places.reach(axis, begin, end, left, right)) continue;
     left -= kRounding;
     right += kRounding;
-    const Span across{int64_t(std::floor(begin)), int64_t(std::floor(end))},
+    // A point that rounding puts into another strip is as near to what blocks there as kSlack allows.
+    const Span across{std::max(strip * cell, int64_t(std::floor(low - kRounding))),
+                      std::min(strip * cell + cell - 1, int64_t(std::floor(high + kRounding)))},
         whole{int64_t(std::floor(left)), int64_t(std::floor(right))};
     const auto blocks = [&](uint32_t at_level, int64_t at) {
       const Span along{std::max(at << 3 * at_level, whole.first),
@@ -205,16 +214,18 @@ Reach reach_of(const Cells& cells, uint32_t level, const Places& places, int axi
     while (first <= last && !blocks(level, first)) ++first;
     if (first > last) continue;
     while (!blocks(level, last)) --last;
-    // Which texels in these cells? A cell may have none, because within() may tell too much.
-    for (uint32_t finer = level; finer-- > 0;) {
+    // Where in these cells? There may be nothing, because within() may tell too much.
+    const uint32_t finer = level == 0 ? 0 : level - 1;
+    if (finer != level) {
       first = std::max(8 * first, whole.first >> 3 * finer);
       last = std::min(8 * last + 7, whole.last >> 3 * finer);
       for (int i = 0; i < 7 && first < last && !blocks(finer, first); ++i) ++first;
       for (int i = 0; i < 7 && first < last && !blocks(finer, last); ++i) --last;
     }
+    const double from = std::max(left, double(first << 3 * finer) - kRounding),
+                 to = std::min(right, double((last + 1) << 3 * finer) + kRounding);
     for (const double other : {begin, end})
-      for (const double along :
-           {std::max(left, double(first) - kRounding), std::min(right, double(last + 1) + kRounding)}) {
+      for (const double along : {from, to}) {
         double at[2];
         at[axis] = along;
         at[1 - axis] = other;
@@ -228,6 +239,8 @@ Reach reach_of(const Cells& cells, uint32_t level, const Places& places, int axi
 
 BlockingBoxes::BlockingBoxes(const HolesField& holes, SharedCopies& copies, std::pmr::memory_resource* memory)
     : holes_(holes), hulls_(memory) {
+  const double triangles = double(holes.numbers.count) / std::max(1.0, double(holes.patch_count));
+  most_cells_ = std::min(kMostCells, std::sqrt(kCellsOfATriangle * triangles));
   hulls_.reserve(holes.patch_count);
   for (uint32_t i = 0; i < holes.patch_count; ++i) hulls_.push_back(hull_of(holes.patches[i], copies));
 }
@@ -250,7 +263,7 @@ BlockingBoxes::Hull BlockingBoxes::hull_of(const AlphaPatch& patch, SharedCopies
 
   const Cells cells(holes_.maps[patch.map], copies);
   uint32_t level = 0;
-  while (size > kMostCells * double(1 << 3 * level)) ++level;
+  while (size > most_cells_ * double(1 << 3 * level)) ++level;
   Reach reach = reach_of(cells, level, places, 0);
   const Reach other = reach_of(cells, level, places, 1);
   for (uint32_t i = 0; i < kHullSides; ++i) reach.far[i] = std::min(reach.far[i], other.far[i]) + kSlack;

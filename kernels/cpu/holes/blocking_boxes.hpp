@@ -34,6 +34,7 @@ class BlockingBoxes {
   Hull hull_of(const AlphaPatch& patch, SharedCopies& copies) const;
 
   const HolesField holes_;
+  double most_cells_;             ///< along a side of a patch
   std::pmr::vector<Hull> hulls_;  ///< [patches]
 };
 
