@@ -173,6 +173,15 @@ struct Reach {
     for (uint32_t i = 0; i < kHullSides; ++i)
       far[i] = std::max(far[i], directions[i][0] * at[0] + directions[i][1] * at[1]);
   }
+  /// Moves sides inwards that lie beyond where their neighbours meet.
+  void tighten() {
+    const double most = 1 / (2 * directions[1][0]);
+    for (uint32_t n = 0; n < 3 * kHullSides; ++n) {
+      const uint32_t i = n % kHullSides;
+      const double both = far[(i + 1) % kHullSides] + far[(i + kHullSides - 1) % kHullSides];
+      far[i] = std::min(far[i], both * most);
+    }
+  }
   /// Where two sides that follow each other meet. No direction between theirs reaches farther than this corner, even if
   /// a side is too far out: such a direction is a sum of theirs with positive weights.
   void corner(uint32_t i, double at[2]) const {
@@ -268,6 +277,7 @@ BlockingBoxes::Hull BlockingBoxes::hull_of(const AlphaPatch& patch, SharedCopies
   const Reach other = reach_of(cells, level, places, 1);
   for (uint32_t i = 0; i < kHullSides; ++i) reach.far[i] = std::min(reach.far[i], other.far[i]) + kSlack;
   if (!(reach.far[0] > -kInfinity)) return hull;  // nothing blocks
+  reach.tighten();
   for (uint32_t i = 0; i < kHullSides; ++i) {
     double at[2];
     reach.corner(i, at);
