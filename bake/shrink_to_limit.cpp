@@ -26,10 +26,13 @@ void shrink_to_limit(BakeRun& run) {
   }
   for (Candidate& candidate : run.candidates)
     if (!run.fits() && candidate.kind() == AnswerKind::exact) candidate.choose(*candidate.smallest_exact());
-  if (!run.fits())
-    throw TargetNotMet(TargetNotMet::Limit::bytes,
-                       fmt::format("with {} the asset takes {} bytes, more than the limit of {}",
-                                   run.candidates.front().encoder().smallest(), run.bytes(), most));
+  if (run.fits()) return;
+  const bool holes = std::any_of(run.candidates.begin(), run.candidates.end(),
+                                 [](const Candidate& candidate) { return candidate.prepared.has_holes(); });
+  throw TargetNotMet(TargetNotMet::Limit::bytes,
+                     fmt::format("with {} the asset takes {} bytes, more than the limit of {}{}",
+                                 run.candidates.front().encoder().smallest(), run.bytes(), most,
+                                 holes ? "; --alpha-resolution makes pictures of holes smaller" : ""));
 }
 
 }  // namespace nif::bake

@@ -36,7 +36,7 @@ class Cells {
       start_[level] = words;
       words += row_words_[level] * rows(level);
     }
-    cells_ = copies.get(map.tiles, words, [&](uint32_t* to) { fill(to); });
+    cells_ = copies.get(Shared::alpha_map, map.tiles, words, [&](uint32_t* to) { fill(to); });
   }
 
   /// Does any texel block light? Whatever the map shows beyond its borders.

@@ -14,7 +14,7 @@ void use_copy(Network& network, SharedCopies& copies) {
   size_t words = 0;  // weights fill them, because a layer's inputs are a multiple of 4
   for (uint32_t l = 0; l < network.layer_count; ++l)
     words += network.layers[l].outputs * (1 + network.layers[l].inputs / 4);
-  const uint32_t* at = copies.get(network.layers[0].biases, words, [&](uint32_t* to) {
+  const uint32_t* at = copies.get(Shared::network, network.layers[0].biases, words, [&](uint32_t* to) {
     for (uint32_t l = 0; l < network.layer_count; ++l) {
       const Network::Layer& layer = network.layers[l];
       const size_t weights = size_t(layer.outputs) * layer.inputs;

@@ -16,7 +16,7 @@ inline SphericalField with_single_weights(SphericalField field, SharedCopies& co
     const SphericalValues halves = network->weights;
     if (!halves.half) continue;
     const size_t size = spherical_weights(*network);
-    const uint32_t* words = copies.get(halves.data, size, [&](uint32_t* to) {
+    const uint32_t* words = copies.get(Shared::network, halves.data, size, [&](uint32_t* to) {
       for (size_t i = 0; i < size; ++i) to[i] = std::bit_cast<uint32_t>(value_of(halves, i));
     });
     network->weights = {words, false};

@@ -121,8 +121,12 @@ class Parts {
     for (size_t i = 0; i < now.size(); ++i) {
       const uint64_t file = asset.file_parts[i];
       add(now[i].name, file, (kept ? file : 0) + now[i].decoded);
-      if (std::string_view(now[i].name) == "network")
-        parts_[count_ - 1].resident_bytes += asset.copies.resident_bytes();
+      using kernels::cpu::Shared;
+      const std::string_view name = now[i].name;
+      if (name == "network")
+        parts_[count_ - 1].resident_bytes += asset.copies.resident_bytes(Shared::network);
+      if (name == "alpha_maps")
+        parts_[count_ - 1].resident_bytes += asset.copies.resident_bytes(Shared::alpha_map);
       rest -= file;
     }
     add("metadata", view.metadata.size(), view.metadata.size());
