@@ -143,6 +143,8 @@ void check_options(FileKind kind, const WriteOptions& options) {
   if (options.text && kind != FileKind::stl)
     throw Error(Status::usage, "--text is only for .stl: the other formats are always text or always binary");
   if (options.draco && kind != FileKind::glb) throw Error(Status::usage, "--draco is for .glb");
+  if (options.paint != nullptr && (kind != FileKind::glb || options.draco))
+    throw Error(Status::usage, "only .glb without Draco can have materials");
   if (options.draco_bits && kind != FileKind::drc && !options.draco)
     throw Error(Status::usage, "--draco-bits is for .drc, and for .glb with --draco");
 }
@@ -177,7 +179,7 @@ Written write(const std::string& path, const Scene& scene, const WriteOptions& o
     const Mesh mesh = only_mesh(scene);
     sink(encode_draco(mesh, bits, mesh.name).bytes);
   } else {
-    write_glb(scene, options.draco ? std::optional(bits) : std::nullopt, sink);
+    write_glb(scene, options.draco ? std::optional(bits) : std::nullopt, sink, options.paint);
   }
   file->commit();
   return written;

@@ -10,6 +10,7 @@
 
 #include "formats/base/status.hpp"
 #include "formats/mesh/mesh_scene.hpp"
+#include "formats/mesh/paint.hpp"
 
 namespace nif::mesh {
 
@@ -25,6 +26,7 @@ struct WriteOptions {
   bool draco = false;  ///< for GLB: compressed with KHR_draco_mesh_compression
   /// For Draco: bits per coordinate; 0 keeps positions as they are. kDracoBits if it is not set.
   std::optional<uint32_t> draco_bits;
+  const Paint* paint = nullptr;  ///< for GLB without Draco: materials of the meshes
 };
 
 /// Throws Error(usage) if an option does not apply to a kind.

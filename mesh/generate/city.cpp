@@ -7,18 +7,17 @@
 
 #include <algorithm>
 #include <array>
-#include <numeric>
 
 #include "formats/base/status.hpp"
 #include "mesh/generate/axes.hpp"
 #include "mesh/generate/city_objects.hpp"
 #include "mesh/generate/city_plan.hpp"
-#include "mesh/generate/turn.hpp"
+#include "mesh/generate/placing.hpp"
 
 namespace nif::generate {
 namespace {
 
-constexpr uint64_t kObjectStream = 0x6f626a65, kVariantStream = 0x76617269;  // "obje", "vari"
+constexpr uint64_t kObjectStream = 0x6f626a65;  // "obje"
 
 struct Kind {
   const char* name;
@@ -71,44 +70,6 @@ std::vector<mesh::Mesh> make_objects(uint64_t seed) {
   return meshes;
 }
 
-/// Deals the variants of a kind like playing cards: all of them once in random order, then all again in
-/// another order.
-class Deck {
- public:
-  Deck(uint64_t seed, size_t kind) : random_(seed, kVariantStream, kind), cards_(kKinds[kind].variants) {
-    std::iota(cards_.begin(), cards_.end(), 0u);
-  }
-  uint32_t next() {
-    const size_t at = dealt_++ % cards_.size();
-    std::swap(cards_[at], cards_[at + random_.below(uint32_t(cards_.size() - at))]);
-    return cards_[at];
-  }
-
- private:
-  Random random_;
-  std::vector<uint32_t> cards_;
-  size_t dealt_ = 0;
-};
-
-mesh::Transform transform_of(const CityPlace& place) {
-  const Turn t = turn(place.turns);
-  const double c = t.cos * place.scale, s = t.sin * place.scale;
-  const Double3& p = place.position;
-  return {float(c), 0,           float(s),  float(p[0]), 0,        float(place.scale),
-          0,        float(p[1]), float(-s), 0,           float(c), float(p[2])};
-}
-
-mesh::Camera camera(const char* name, const Double3& position, const Double3& target, double degrees) {
-  const Double3 back = unit(position - target), right = unit(cross(Double3{0, 1, 0}, back)),
-                up = cross(back, right);
-  mesh::Camera camera{name, {}, degrees * 3.141592653589793 / 180};
-  for (size_t row = 0; row < 3; ++row) {
-    const double values[4] = {right[row], up[row], back[row], position[row]};
-    for (size_t k = 0; k < 4; ++k) camera.transform[4 * row + k] = float(values[k]);
-  }
-  return camera;
-}
-
 /// Cameras around the crossing nearest to the middle of the city.
 std::vector<mesh::Camera> make_cameras(const std::vector<CityPlace>& places) {
   Double3 middle{1e9, 0, 0};
@@ -129,19 +90,10 @@ mesh::Scene make_city(const CityRequest& request) {
                                            kCityFewestInstances, kCityMostInstances));
   mesh::Scene scene;
   scene.meshes = make_objects(request.seed);
-  std::array<uint32_t, kCityKinds> first{};
-  std::vector<Deck> decks;
-  for (size_t kind = 0; kind < kCityKinds; ++kind) {
-    if (kind > 0) first[kind] = first[kind - 1] + kKinds[kind - 1].variants;
-    decks.emplace_back(request.seed, kind);
-  }
-  std::vector<uint32_t> placed(scene.meshes.size());
+  std::vector<uint32_t> variants;
+  for (const Kind& kind : kKinds) variants.push_back(kind.variants);
   const std::vector<CityPlace> places = plan_city(request.seed, request.instances);
-  for (const CityPlace& place : places) {
-    const uint32_t mesh = first[size_t(place.kind)] + decks[size_t(place.kind)].next();
-    scene.instances.push_back(
-        {fmt::format("{}.{}", scene.meshes[mesh].name, ++placed[mesh]), mesh, transform_of(place)});
-  }
+  place_all(places, variants, request.seed, scene);
   scene.cameras = make_cameras(places);
   return scene;
 }

@@ -172,19 +172,8 @@ class Planner {
 }  // namespace
 
 std::vector<CityPlace> plan_city(uint64_t seed, uint32_t count) {
-  for (uint32_t blocks = 1;; ++blocks) {
-    Planner planner(seed, blocks);
-    std::vector<CityPlace> places = planner.needed();
-    std::vector<CityPlace>& wanted = planner.wanted();
-    if (places.size() + wanted.size() < count) continue;
-    // Drops random things, so that no part of the city is bare.
-    Random random(seed, kPlanStream, UINT64_MAX);
-    for (size_t i = 0; i + 1 < wanted.size(); ++i)
-      std::swap(wanted[i], wanted[i + random.below(uint32_t(wanted.size() - i))]);
-    places.insert(places.end(), wanted.begin(), wanted.end());
-    places.resize(count, places.front());
-    return places;
-  }
+  return smallest_plan<CityPlace>(count, Random(seed, kPlanStream, UINT64_MAX),
+                                  [&](uint32_t blocks) { return Planner(seed, blocks); });
 }
 
 }  // namespace nif::generate

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "formats/base/vector.hpp"
+#include "mesh/generate/placing.hpp"
 
 namespace nif::generate {
 
@@ -29,12 +29,7 @@ enum class CityKind : uint8_t {
 };
 inline constexpr size_t kCityKinds = size_t(CityKind::statue) + 1;
 
-struct CityPlace {
-  CityKind kind;
-  Double3 position;
-  double turns = 0;  ///< about the vertical axis; after a quarter turn, +z becomes +x
-  double scale = 1;
-};
+using CityPlace = PlaceOf<CityKind>;
 
 /// `count` places in a city with the fewest blocks that hold them: first all of its ground and buildings,
 /// then as many of the smaller things as fit.

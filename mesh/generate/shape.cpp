@@ -8,6 +8,7 @@
 
 #include "formats/base/status.hpp"
 #include "mesh/generate/city.hpp"
+#include "mesh/generate/forest.hpp"
 #include "mesh/generate/shapes.hpp"
 
 namespace nif::generate {
@@ -28,7 +29,7 @@ const Shape& shape_named(std::string_view name) {
   if (found != std::end(kShapes)) return *found;
   std::string names;
   for (const Shape& shape : kShapes) names += fmt::format("{}, ", shape.name);
-  names.replace(names.size() - 2, 2, fmt::format(" and {}", kCity));
+  names += fmt::format("{} and {}", kCity, kForest);
   throw Error(Status::usage, fmt::format("unknown shape '{}'; the shapes are {}", name, names));
 }
 

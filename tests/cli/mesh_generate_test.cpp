@@ -83,7 +83,7 @@ TEST_F(MeshGenerate, RefusesByName) {
   for (const Refusal& refusal : {
            Refusal{{"teapot", "-o", file},
                    Status::usage,
-                   {"teapot", "statue", "tori", "torus", "tree", "terrain", "chain-mail", "city"}},
+                   {"teapot", "statue", "tori", "torus", "tree", "terrain", "chain-mail", "city", "forest"}},
            Refusal{{"-o", file}, Status::usage, {"SHAPE"}},
            Refusal{{"statue"}, Status::usage, {"--output"}},
            Refusal{{"statue", "-o", file, "--triangles", "99"}, Status::usage, {"--triangles", "100"}},
@@ -100,6 +100,22 @@ TEST_F(MeshGenerate, RefusesByName) {
            Refusal{
                {"city", "-o", path("a.glb"), "--instances", "2999"}, Status::usage, {"--instances", "3000"}},
            Refusal{{"tree", "-o", file, "--instances", "3000"}, Status::usage, {"--instances", "city"}},
+           Refusal{{"forest", "-o", file}, Status::usage, {file, ".glb"}},
+           Refusal{{"forest", "-o", path("a.glb"), "--triangles", "5000"},
+                   Status::usage,
+                   {"--triangles", "forest", "--instances"}},
+           Refusal{
+               {"forest", "-o", path("a.glb"), "--instances", "99"}, Status::usage, {"--instances", "100"}},
+           Refusal{
+               {"forest", "-o", path("a.glb"), "--cutout"}, Status::usage, {"--cutout", "tree", "forest"}},
+           Refusal{{"torus", "-o", path("a.glb"), "--cutout"}, Status::usage, {"--cutout", "tree", "torus"}},
+           Refusal{{"tree", "-o", file, "--cutout"}, Status::usage, {file, ".glb"}},
+           Refusal{{"tree", "-o", path("a.glb"), "--cutout", "--triangles", "99"},
+                   Status::usage,
+                   {"--triangles"}},
+           Refusal{{"tree", "-o", path("a.glb"), "--cutout", "--instances", "500"},
+                   Status::usage,
+                   {"--instances", "forest"}},
            Refusal{{"city", "-o", path("no/a.glb")}, Status::output_folder_missing, {path("no")}},
            Refusal{{"statue", "-o", path("no/a.ply")}, Status::output_folder_missing, {path("no")}},
            Refusal{{"statue", "-o", folder_.path().string()},
@@ -140,6 +156,33 @@ TEST_F(MeshGenerate, WritesACityAsAScene) {
   const Outcome text = generate({"city", "-o", again, "--instances", "3000", "--seed", "7", "-j", "3"});
   EXPECT_NE(text.out.find("200 meshes in 3000 instances"), std::string::npos) << text.out;
   EXPECT_TRUE(read_bytes(file) == read_bytes(again));
+}
+
+// Of three thousand triangles most are cut; a bake drops none of them, because each shows leaves.
+TEST_F(MeshGenerate, WritesATreeWhoseLeavesLetLightThrough) {
+  const std::string file = path("tree.glb");
+  const Outcome outcome = generate({"tree", "-o", file, "--cutout", "--triangles", "3000", "--json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto result = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(result["shape"], "tree");
+  EXPECT_EQ(result["triangles"], 3000);
+  EXPECT_EQ(result["bytes"], fs::file_size(file));
+  EXPECT_EQ(result.size(), 9u) << result;
+  const Outcome baked = nif({"bake", file, "-o", path("tree.nif"), "--rays", "1000", "--json"});
+  ASSERT_EQ(baked.code, 0) << baked.err;
+  const auto asset = nlohmann::json::parse(baked.out);
+  EXPECT_EQ(asset["objects"][0]["encoding"], "cutout") << asset;
+}
+
+TEST_F(MeshGenerate, WritesAForestAsAScene) {
+  const std::string file = path("forest.glb");
+  const Outcome outcome = generate({"forest", "-o", file, "--instances", "200", "--json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto result = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(result["meshes"], 6);
+  EXPECT_EQ(result["instances"], 200);
+  EXPECT_EQ(result["bytes"], fs::file_size(file));
+  EXPECT_EQ(mesh::read(file).instances.size(), 200u);
 }
 
 TEST_F(MeshGenerate, InterruptLeavesNothing) {

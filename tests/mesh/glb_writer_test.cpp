@@ -8,6 +8,7 @@
 
 #include "formats/base/status.hpp"
 #include "formats/mesh/read.hpp"
+#include "tests/support/pictures.hpp"
 #include "tests/support/temp_dir.hpp"
 #include "tests/support/test_shapes.hpp"
 
@@ -37,6 +38,52 @@ Scene lively_scene() {
   Light spot{Light::Kind::spot, "lamp", {1, 0, 0, 1, 0, 1, 0, 2, 0, 0, 1, 3}, {1, 0.5f, 0}, 12.5, 0.1, 0.4};
   scene.lights = {{Light::Kind::directional, "sun", mesh::kIdentity, {1, 1, 1}, 3, 0, 0}, spot};
   return scene;
+}
+
+// Each material has a primitive whose indices count from its own first vertex.
+TEST(GlbWriter, WritesAPrimitiveForEachMaterial) {
+  Scene scene;
+  scene.meshes = {icosphere(1), cube()};
+  scene.instances = {{"ball", 0}, {"cube", 1}};
+  mesh::Paint paint;
+  paint.materials = {{"red", {1, 0, 0}}, {"leaf", {1, 1, 1}, 0, true}};
+  const std::string picture =
+      png(2, 1, std::vector<std::array<uint8_t, 4>>{{0, 255, 0, 255}, {0, 0, 255, 0}});
+  const auto bytes = std::as_bytes(std::span(picture));
+  paint.pictures.emplace_back(bytes.begin(), bytes.end());
+  // Two more triangles with vertices of their own, of which the picture's left half blocks.
+  mesh::Mesh& ball = scene.meshes[0];
+  ball.look.materials.assign(ball.triangles.size(), 0);
+  const auto first = uint32_t(ball.positions.size());
+  for (const mesh::Float3& p : {mesh::Float3{0, 0, 5}, {1, 0, 5}, {1, 1, 5}, {0, 1, 5}})
+    ball.positions.push_back(p);
+  ball.look.coordinates.resize(first);
+  for (const auto& uv : {std::array{0.0f, 1.0f}, {1, 1}, {1, 0}, {0, 0}}) ball.look.coordinates.push_back(uv);
+  ball.triangles.push_back({first, first + 1, first + 2});
+  ball.triangles.push_back({first, first + 2, first + 3});
+  ball.look.materials.insert(ball.look.materials.end(), 2, 1);
+  const TempDir folder;
+  const std::vector<std::byte> glb = mesh::encode_glb(scene, &paint);
+  const auto file =
+      folder.write("scene.glb", std::string(reinterpret_cast<const char*>(glb.data()), glb.size()));
+  mesh::ReadLimits limits;
+  limits.alpha.read = true;
+  limits.colors = true;
+  const Scene read = mesh::read(file, limits);
+  EXPECT_TRUE(read.notes.empty()) << read.notes[0].text;
+  EXPECT_EQ(read.meshes[0].positions, ball.positions);
+  EXPECT_EQ(read.meshes[0].triangles, ball.triangles);
+  EXPECT_EQ(read.meshes[1].triangles, scene.meshes[1].triangles);
+  EXPECT_FALSE(read.meshes[1].look.known());
+  const std::vector<mesh::TriangleAlpha>& alpha = read.meshes[0].alpha;
+  ASSERT_EQ(alpha.size(), ball.triangles.size());
+  for (size_t i = 0; i < alpha.size(); ++i)
+    EXPECT_EQ(alpha[i], i + 2 < alpha.size() ? mesh::TriangleAlpha::solid : mesh::TriangleAlpha::cut) << i;
+  ASSERT_EQ(read.textures.size(), 1u);
+  EXPECT_EQ(read.textures[0].texels, (std::vector<uint8_t>{0, 255, 0, 0, 0, 255}));
+  const mesh::Material& red = read.materials[read.meshes[0].look.materials[0]];
+  EXPECT_EQ(red.factor, (std::array<float, 3>{1, 0, 0}));
+  EXPECT_EQ(red.texture, mesh::kNoTexture);
 }
 
 TEST(GlbWriter, WhatIsReadIsWhatWasWritten) {

@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -16,6 +17,8 @@
 #include "formats/mesh/ply_writer.hpp"
 #include "formats/mesh/write.hpp"
 #include "mesh/generate/city.hpp"
+#include "mesh/generate/cutout_tree.hpp"
+#include "mesh/generate/forest.hpp"
 #include "mesh/generate/shape.hpp"
 #include "tools/common/interruption.hpp"
 #include "tools/common/json_output.hpp"
@@ -35,7 +38,10 @@ struct Arguments : RunArguments {
   generate::Request request;
   std::optional<uint64_t> triangles;
   std::optional<uint32_t> instances;
+  bool cutout = false;
 };
+
+constexpr const char* kTree = "tree";
 
 /// Facts about a written file, for the results.
 struct Made {
@@ -87,22 +93,49 @@ Made write_shape(const Arguments& arguments, Progress& progress) {
   return {source->triangle_count(), source->vertex_count(), file.bytes, file.low, file.high};
 }
 
-Made write_city(const Arguments& arguments, Progress& progress) {
+uint32_t checked_instances(const Arguments& arguments, uint32_t usual, uint32_t fewest, uint32_t most) {
+  const uint32_t instances = arguments.instances.value_or(usual);
+  if (instances < fewest || instances > most)
+    throw Error(Status::usage, fmt::format("--instances {}: a {} can have {} to {}", instances,
+                                           arguments.shape, fewest, most));
+  return instances;
+}
+
+/// Generates what has instances or materials.
+generate::PaintedScene make_scene(const Arguments& arguments) {
+  const uint64_t seed = arguments.request.seed;
+  if (arguments.shape == generate::kCity) {
+    const uint32_t instances =
+        checked_instances(arguments, generate::CityRequest{}.instances, generate::kCityFewestInstances,
+                          generate::kCityMostInstances);
+    return {generate::make_city({instances, seed}), {}};
+  }
+  if (arguments.shape == generate::kForest) {
+    const uint32_t instances =
+        checked_instances(arguments, generate::ForestRequest{}.instances, generate::kForestFewestInstances,
+                          generate::kForestMostInstances);
+    return generate::make_forest({instances, seed});
+  }
+  return generate::make_cutout_tree(arguments.request);
+}
+
+Made write_scene(const Arguments& arguments, Progress& progress) {
   if (mesh::file_kind(arguments.output) != mesh::FileKind::glb)
-    throw Error(Status::usage, arguments.output + ": a city has instances, so its file must end in .glb");
+    throw Error(Status::usage, fmt::format("{}: a {} has {}, so its file must end in .glb", arguments.output,
+                                           arguments.shape, arguments.cutout ? "materials" : "instances"));
   check_output(arguments.output);
-  generate::CityRequest request;
-  request.seed = arguments.request.seed;
-  request.instances = arguments.instances.value_or(request.instances);
-  mesh::Scene scene;
+  generate::PaintedScene made_scene;
   {
     const EndAtOnce nothing_is_written;
     progress.update(0, "generating " + arguments.shape);
-    scene = generate::make_city(request);
+    made_scene = make_scene(arguments);
   }
+  const mesh::Scene& scene = made_scene.scene;
   progress.update(0.5, "writing " + arguments.output);
+  mesh::WriteOptions options;
+  if (!made_scene.paint.materials.empty()) options.paint = &made_scene.paint;
   const mesh::Written file = mesh::write(
-      arguments.output, scene, {}, [](double) {}, interruption());
+      arguments.output, scene, options, [](double) {}, interruption());
   Made made{0, 0, file.bytes, {}, {}};
   for (const mesh::Mesh& mesh : scene.meshes) {
     made.triangles += mesh.triangles.size();
@@ -110,6 +143,7 @@ Made write_city(const Arguments& arguments, Progress& progress) {
   }
   const mesh::Box box = mesh::bounds(scene);
   made.low = box.min, made.high = box.max;
+  if (arguments.cutout) return made;
   made.more = {{"meshes", scene.meshes.size()}, {"instances", scene.instances.size()}};
   made.text =
       fmt::format("{} meshes in {}, ", scene.meshes.size(), count_of(scene.instances.size(), "instance"));
@@ -118,55 +152,81 @@ Made write_city(const Arguments& arguments, Progress& progress) {
 
 void run(Arguments arguments) {
   const auto start = std::chrono::steady_clock::now();
-  const bool city = arguments.shape == generate::kCity;
+  const bool city = arguments.shape == generate::kCity, forest = arguments.shape == generate::kForest;
   if (city && arguments.triangles)
     throw Error(Status::usage,
                 fmt::format("--triangles is not for {}: its {} objects have {} to {} triangles each; "
                             "--instances sets its size",
                             arguments.shape, generate::kCityObjects, generate::kCityFewestTriangles,
                             generate::kCityMostTriangles));
-  if (!city && arguments.instances)
-    throw Error(Status::usage, fmt::format("--instances is only for {}", generate::kCity));
+  if (forest && arguments.triangles)
+    throw Error(Status::usage,
+                fmt::format("--triangles is not for {}: its {} trees have up to {} triangles each; "
+                            "--instances sets its size",
+                            arguments.shape, generate::kTreeKinds, generate::kForestTreeTriangles));
+  if (!city && !forest && arguments.instances)
+    throw Error(Status::usage,
+                fmt::format("--instances is only for {} and {}", generate::kCity, generate::kForest));
+  if (arguments.cutout && arguments.shape != kTree)
+    throw Error(Status::usage,
+                forest ? fmt::format("--cutout is only for {}: all leaves of a {} are cut out", kTree,
+                                     generate::kForest)
+                       : fmt::format("--cutout is only for {}, not for {}", kTree, arguments.shape));
   arguments.request.triangles = arguments.triangles.value_or(arguments.request.triangles);
   // If standard output takes the mesh, the results go to standard error, like the progress.
   std::FILE* results = is_standard_output(arguments.output) ? stderr : stdout;
   limit_threads(arguments.threads);
   Progress progress(arguments.quiet);
-  const Made made = city ? write_city(arguments, progress) : write_shape(arguments, progress);
+  const Made made = city || forest || arguments.cutout ? write_scene(arguments, progress)
+                                                       : write_shape(arguments, progress);
   progress.finish();
   print(results, arguments, made,
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
 }
 
 std::string footer() {
-  std::string text = "Shapes (all closed, facing outwards, y up):\n";
+  std::string text = "Shapes (y up; all but leaves that are cut out are closed and face outwards):\n";
   for (const generate::Shape& shape : generate::shapes())
     text += fmt::format("  {:<12}{}\n", shape.name, shape.description);
   return text + fmt::format("  {:<12}{}\n", generate::kCity, generate::kCityDescription) +
+         fmt::format("  {:<12}{}\n", generate::kForest, generate::kForestDescription) +
          "\nExamples:\n"
          "  nif mesh generate statue -o statue.ply --triangles 1000000\n"
          "  nif mesh generate tree -o /dev/stdout | zstd > tree.ply.zst\n"
-         "  nif mesh generate city -o city.glb --instances 20000";
+         "  nif mesh generate city -o city.glb --instances 20000\n"
+         "  nif mesh generate tree -o tree.glb --cutout --triangles 5000\n"
+         "  nif mesh generate forest -o forest.glb --instances 2000";
 }
 
 }  // namespace
 
 void add_mesh_generate(Command mesh) {
   const Command command =
-      mesh.add_subcommand("generate", "Generate a test mesh as a binary PLY, or a city as a GLB");
+      mesh.add_subcommand("generate", "Generate a test mesh as a binary PLY, or a scene as a GLB");
   auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
   command.add_option("SHAPE", a.shape, "One of the shapes listed below").required();
-  command.add_option("-o,--output", a.output, "The .ply file to write; for a city, the .glb").required();
   command
-      .add_option(
-          "--triangles", a.triangles,
-          "Largest number of triangles; the mesh gets as close to it as the shape allows. Not for a city")
+      .add_option("-o,--output", a.output,
+                  "The .ply file to write; the .glb for a city, a forest, and with --cutout")
+      .required();
+  command
+      .add_option("--triangles", a.triangles,
+                  "Largest number of triangles; the mesh gets as close to it as the shape allows. Not for a "
+                  "city or a forest")
       .default_str(std::to_string(a.request.triangles))
       .range(generate::kFewestTriangles, generate::kMostTriangles);
-  command.add_option("--instances", a.instances, "Number of instances in a city")
-      .default_str(std::to_string(generate::CityRequest{}.instances))
-      .range(generate::kCityFewestInstances, generate::kCityMostInstances);
+  command
+      .add_option("--instances", a.instances,
+                  fmt::format("Number of instances in a city ({} to {}) or a forest ({} to {})",
+                              generate::kCityFewestInstances, generate::kCityMostInstances,
+                              generate::kForestFewestInstances, generate::kForestMostInstances))
+      .default_str(
+          fmt::format("{} or {}", generate::CityRequest{}.instances, generate::ForestRequest{}.instances))
+      .range(std::min(generate::kCityFewestInstances, generate::kForestFewestInstances),
+             std::max(generate::kCityMostInstances, generate::kForestMostInstances));
+  command.add_flag("--cutout", a.cutout,
+                   "A tree as games draw it: its leaves are quads whose picture has alpha. Written as .glb");
   add_seed_option(command, a.request.seed);
   add_run_options(command, a, kSchema);
   command.footer(footer());

@@ -29,9 +29,9 @@ constexpr const char* kDraco = "KHR_draco_mesh_compression";
 /// The compressed meshes of a scene; empty without compression.
 using Compressed = std::vector<DracoMesh>;
 
-std::pair<Float3, Float3> bounds_of(const Mesh& mesh) {
-  Float3 low = mesh.positions[0], high = low;
-  for (const Float3& p : mesh.positions)
+std::pair<Float3, Float3> bounds_of(std::span<const Float3> positions) {
+  Float3 low = positions[0], high = low;
+  for (const Float3& p : positions)
     for (size_t a = 0; a < 3; ++a) {
       low[a] = std::min(low[a], p[a]);
       high[a] = std::max(high[a], p[a]);
@@ -44,21 +44,21 @@ uint64_t padded(uint64_t bytes) { return (bytes + 3) / 4 * 4; }
 
 /// Appends views and accessors of a mesh to the document, and returns the end of its bytes.
 uint64_t describe(const Mesh& mesh, uint64_t begin, Json& document) {
-  const auto [low, high] = bounds_of(mesh);
+  const auto [low, high] = bounds_of(mesh.positions);
   const uint64_t positions = mesh.positions.size() * sizeof(Float3),
                  indices = mesh.triangles.size() * sizeof(Triangle);
-  const size_t first = document["accessors"].size();
+  const size_t first = document["accessors"].size(), view = document["bufferViews"].size();
   document["bufferViews"].push_back(
       {{"buffer", 0}, {"byteOffset", begin}, {"byteLength", positions}, {"target", kVertices}});
   document["bufferViews"].push_back(
       {{"buffer", 0}, {"byteOffset", begin + positions}, {"byteLength", indices}, {"target", kIndices}});
-  document["accessors"].push_back({{"bufferView", first},
+  document["accessors"].push_back({{"bufferView", view},
                                    {"componentType", kFloat},
                                    {"count", mesh.positions.size()},
                                    {"type", "VEC3"},
                                    {"min", low},
                                    {"max", high}});
-  document["accessors"].push_back({{"bufferView", first + 1},
+  document["accessors"].push_back({{"bufferView", view + 1},
                                    {"componentType", kUnsignedInt},
                                    {"count", mesh.triangles.size() * 3},
                                    {"type", "SCALAR"}});
@@ -70,7 +70,7 @@ uint64_t describe(const Mesh& mesh, uint64_t begin, Json& document) {
 
 /// The same for a compressed mesh.
 uint64_t describe(const Mesh& mesh, const DracoMesh& compressed, uint64_t begin, Json& document) {
-  const auto [low, high] = bounds_of(mesh);
+  const auto [low, high] = bounds_of(mesh.positions);
   const size_t first = document["accessors"].size(), view = document["bufferViews"].size();
   document["bufferViews"].push_back(
       {{"buffer", 0}, {"byteOffset", begin}, {"byteLength", compressed.bytes.size()}});
@@ -90,6 +90,109 @@ uint64_t describe(const Mesh& mesh, const DracoMesh& compressed, uint64_t begin,
   return begin + padded(compressed.bytes.size());
 }
 
+/// Triangles of a mesh that follow each other and have the same material, and the vertices that they span.
+struct Run {
+  uint32_t material;
+  size_t triangle, triangles, vertex, vertices;
+};
+
+std::vector<Run> runs_of(const Mesh& mesh) {
+  std::vector<Run> runs;
+  const std::vector<uint32_t>& materials = mesh.look.materials;
+  for (size_t begin = 0, end; begin < materials.size(); begin = end) {
+    end = begin;
+    uint32_t low = mesh.triangles[begin][0], high = low;
+    for (; end < materials.size() && materials[end] == materials[begin]; ++end)
+      for (const uint32_t vertex : mesh.triangles[end])
+        low = std::min(low, vertex), high = std::max(high, vertex);
+    runs.push_back({materials[begin], begin, end - begin, low, size_t{high} - low + 1});
+  }
+  return runs;
+}
+
+bool is_painted(const Mesh& mesh, const Paint* paint) {
+  return paint != nullptr && !mesh.look.materials.empty();
+}
+
+/// The same for a mesh with materials.
+uint64_t describe_painted(const Mesh& mesh, const Paint& paint, uint64_t begin, Json& document) {
+  const auto view = [&](uint64_t bytes, int target, uint64_t stride) {
+    Json& added = document["bufferViews"].emplace_back(
+        Json{{"buffer", 0}, {"byteOffset", begin}, {"byteLength", bytes}, {"target", target}});
+    if (stride != 0) added["byteStride"] = stride;
+    begin += bytes;
+    return document["bufferViews"].size() - 1;
+  };
+  const auto accessor = [&](size_t of_view, uint64_t offset, int component, uint64_t count,
+                            const char* type) {
+    document["accessors"].push_back({{"bufferView", of_view},
+                                     {"byteOffset", offset},
+                                     {"componentType", component},
+                                     {"count", count},
+                                     {"type", type}});
+    return document["accessors"].size() - 1;
+  };
+  const auto& coordinates = mesh.look.coordinates;
+  constexpr uint64_t kPosition = sizeof(Float3), kCoordinate = sizeof(coordinates[0]);
+  const size_t positions = view(mesh.positions.size() * kPosition, kVertices, kPosition);
+  const size_t places =
+      coordinates.empty() ? 0 : view(coordinates.size() * kCoordinate, kVertices, kCoordinate);
+  const size_t indices = view(mesh.triangles.size() * sizeof(Triangle), kIndices, 0);
+  Json primitives = Json::array();
+  for (const Run& run : runs_of(mesh)) {
+    Json attributes;
+    attributes["POSITION"] = accessor(positions, run.vertex * kPosition, kFloat, run.vertices, "VEC3");
+    const auto [low, high] = bounds_of(std::span(mesh.positions).subspan(run.vertex, run.vertices));
+    document["accessors"].back()["min"] = low;
+    document["accessors"].back()["max"] = high;
+    const bool pictured = paint.materials[run.material].picture != kNoTexture;
+    if (pictured && !coordinates.empty())
+      attributes["TEXCOORD_0"] = accessor(places, run.vertex * kCoordinate, kFloat, run.vertices, "VEC2");
+    primitives.push_back({{"attributes", std::move(attributes)},
+                          {"indices", accessor(indices, run.triangle * sizeof(Triangle), kUnsignedInt,
+                                               run.triangles * 3, "SCALAR")},
+                          {"material", run.material}});
+  }
+  document["meshes"].push_back({{"name", mesh.name}, {"primitives", std::move(primitives)}});
+  return begin;
+}
+
+/// Indices count from the first vertex of their run.
+void write_painted(const Mesh& mesh, const std::function<void(std::span<const std::byte>)>& sink) {
+  sink(std::as_bytes(std::span(mesh.positions)));
+  sink(std::as_bytes(std::span(mesh.look.coordinates)));
+  for (const Run& run : runs_of(mesh)) {
+    std::vector<Triangle> triangles(mesh.triangles.begin() + ptrdiff_t(run.triangle),
+                                    mesh.triangles.begin() + ptrdiff_t(run.triangle + run.triangles));
+    for (Triangle& triangle : triangles)
+      for (uint32_t& vertex : triangle) vertex -= uint32_t(run.vertex);
+    sink(std::as_bytes(std::span(triangles)));
+  }
+}
+
+/// Appends materials and pictures, whose bytes follow those of the meshes, and returns the end of theirs.
+uint64_t describe(const Paint& paint, uint64_t begin, Json& document) {
+  constexpr int kLinear = 9729, kMipmaps = 9987, kClamp = 33071;
+  for (const PaintedMaterial& material : paint.materials) {
+    const auto& f = material.factor;
+    Json surface{{"baseColorFactor", {f[0], f[1], f[2], 1}}, {"metallicFactor", 0}, {"roughnessFactor", 0.9}};
+    if (material.picture != kNoTexture) surface["baseColorTexture"] = {{"index", material.picture}};
+    Json& added = document["materials"].emplace_back(
+        Json{{"name", material.name}, {"pbrMetallicRoughness", std::move(surface)}});
+    if (material.cut) added["alphaMode"] = "MASK", added["doubleSided"] = true;
+  }
+  for (const std::vector<std::byte>& picture : paint.pictures) {
+    document["textures"].push_back({{"sampler", 0}, {"source", document["images"].size()}});
+    document["images"].push_back({{"bufferView", document["bufferViews"].size()}, {"mimeType", "image/png"}});
+    document["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", begin}, {"byteLength", picture.size()}});
+    begin += padded(picture.size());
+  }
+  if (!paint.pictures.empty())
+    document["samplers"].push_back(
+        {{"magFilter", kLinear}, {"minFilter", kMipmaps}, {"wrapS", kClamp}, {"wrapT", kClamp}});
+  return begin;
+}
+
 Json node_of(const std::string& name, const Transform& m, const Double3& remainder = {}) {
   Json node = Json::object();
   if (!name.empty()) node["name"] = name;
@@ -107,7 +210,8 @@ Json to_json(const Light& light) {
   return json;
 }
 
-std::string encode_json(const Scene& scene, const Compressed& compressed, uint64_t& binary_bytes) {
+std::string encode_json(const Scene& scene, const Compressed& compressed, const Paint* paint,
+                        uint64_t& binary_bytes) {
   Json document{{"asset", {{"version", "2.0"}, {"generator", "nifkit"}}}, {"scene", 0}};
   Json nodes = Json::array();
   for (const Instance& instance : scene.instances) {
@@ -140,8 +244,11 @@ std::string encode_json(const Scene& scene, const Compressed& compressed, uint64
   document["nodes"] = std::move(nodes);
   binary_bytes = 0;
   for (size_t m = 0; m < scene.meshes.size(); ++m)
-    binary_bytes = compressed.empty() ? describe(scene.meshes[m], binary_bytes, document)
-                                      : describe(scene.meshes[m], compressed[m], binary_bytes, document);
+    binary_bytes = is_painted(scene.meshes[m], paint)
+                       ? describe_painted(scene.meshes[m], *paint, binary_bytes, document)
+                   : compressed.empty() ? describe(scene.meshes[m], binary_bytes, document)
+                                        : describe(scene.meshes[m], compressed[m], binary_bytes, document);
+  if (paint != nullptr) binary_bytes = describe(*paint, binary_bytes, document);
   document["buffers"] = {{{"byteLength", binary_bytes}}};
   std::string text = document.dump(-1, ' ', false, Json::error_handler_t::replace);
   text.resize(padded(text.size()), ' ');
@@ -151,14 +258,14 @@ std::string encode_json(const Scene& scene, const Compressed& compressed, uint64
 }  // namespace
 
 void write_glb(const Scene& scene, std::optional<uint32_t> draco_bits,
-               const std::function<void(std::span<const std::byte>)>& sink) {
+               const std::function<void(std::span<const std::byte>)>& sink, const Paint* paint) {
   Compressed compressed;
   for (const Mesh& mesh : scene.meshes) {
     check_writable(mesh);
     if (draco_bits) compressed.push_back(encode_draco(mesh, *draco_bits, ""));
   }
   uint64_t binary = 0;
-  const std::string json = encode_json(scene, compressed, binary);
+  const std::string json = encode_json(scene, compressed, paint, binary);
   const uint64_t size = 12 + 8 + json.size() + 8 + binary;
   if (size > kLargest)
     throw Error(
@@ -169,24 +276,31 @@ void write_glb(const Scene& scene, std::optional<uint32_t> draco_bits,
   sink(std::as_bytes(std::span(json)));
   const std::array chunk{uint32_t(binary), kBinaryChunk};
   sink(std::as_bytes(std::span(chunk)));
-  if (draco_bits) {
-    for (const DracoMesh& mesh : compressed) {
-      sink(mesh.bytes);
-      constexpr std::array<std::byte, 4> kPadding{};
-      sink(std::span(kPadding).first(padded(mesh.bytes.size()) - mesh.bytes.size()));
-    }
-    return;
-  }
+  const auto sink_padded = [&](std::span<const std::byte> bytes) {
+    sink(bytes);
+    constexpr std::array<std::byte, 4> kPadding{};
+    sink(std::span(kPadding).first(padded(bytes.size()) - bytes.size()));
+  };
+  for (const DracoMesh& mesh : compressed) sink_padded(mesh.bytes);
+  if (draco_bits) return;
   for (const Mesh& mesh : scene.meshes) {
-    sink(std::as_bytes(std::span(mesh.positions)));
-    sink(std::as_bytes(std::span(mesh.triangles)));
+    if (is_painted(mesh, paint)) {
+      write_painted(mesh, sink);
+    } else {
+      sink(std::as_bytes(std::span(mesh.positions)));
+      sink(std::as_bytes(std::span(mesh.triangles)));
+    }
   }
+  if (paint == nullptr) return;
+  for (const std::vector<std::byte>& picture : paint->pictures) sink_padded(picture);
 }
 
-std::vector<std::byte> encode_glb(const Scene& scene) {
+std::vector<std::byte> encode_glb(const Scene& scene, const Paint* paint) {
   std::vector<std::byte> bytes;
-  write_glb(scene, std::nullopt,
-            [&](std::span<const std::byte> piece) { bytes.insert(bytes.end(), piece.begin(), piece.end()); });
+  write_glb(
+      scene, std::nullopt,
+      [&](std::span<const std::byte> piece) { bytes.insert(bytes.end(), piece.begin(), piece.end()); },
+      paint);
   return bytes;
 }
 
