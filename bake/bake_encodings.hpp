@@ -11,7 +11,8 @@
 // - kGrids: whether it has grids, so that presets apply to it;
 // - kKind: what kind of answers it gives (bake/choice.hpp);
 // - kHelp: its description in `nif bake --help`;
-// - kForHoles, if objects with holes get it, and no others: it cannot be asked for;
+// - kForHoles, if objects with holes get it unless the encoding that is asked for can have holes, and no others
+//   do: it cannot be asked for itself;
 // - make(const BakeOptions&): its Encoder (bake/encoder.hpp);
 // and overloads of these functions, by its report:
 // - add_report(report, json): for `nif bake --json`;

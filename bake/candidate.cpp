@@ -30,6 +30,19 @@ format::Object describe(const Prepared& prepared, ObjectReport& report) {
   return object;
 }
 
+/// Whether objects with holes, or without, may have the encoding.
+bool apt(const Encoder& encoder, bool has_holes, const BakeOptions& options) {
+  switch (encoder.holes()) {
+    case Encoder::Holes::none:
+      return !has_holes;
+    case Encoder::Holes::any:
+      return !has_holes || options.encoding != kAutomatic;
+    case Encoder::Holes::only:
+      break;
+  }
+  return has_holes;
+}
+
 }  // namespace
 
 Candidate::Candidate(size_t index_, const Prepared& prepared_, const BakeRequest& request,
@@ -43,15 +56,15 @@ Candidate::Candidate(size_t index_, const Prepared& prepared_, const BakeRequest
       forms_(request.encoders.size()) {
   std::string obstacle;
   for (const auto& encoder : request.encoders) {
-    const bool apt = encoder->has_holes() == prepared.has_holes();
-    const std::string why = apt ? encoder->obstacle(prepared.surface.positions) : std::string();
-    suits_.push_back(apt && why.empty());
+    const bool may = apt(*encoder, prepared.has_holes(), request.options);
+    const std::string why = may ? encoder->obstacle(prepared.surface.positions) : std::string();
+    suits_.push_back(may && why.empty());
     if (!why.empty()) obstacle = why;
   }
   const auto first = std::find(suits_.begin(), suits_.end(), true);
   if (first == suits_.end()) throw Error(Status::too_large, fmt::format("'{}': {}", report.name, obstacle));
   chosen_ = size_t(first - suits_.begin());
-  report.reason = prepared.has_holes()                                         ? "it has holes"
+  report.reason = encoder().holes() == Encoder::Holes::only                    ? "it has holes"
                   : obstacle.empty() && request.options.encoding != kAutomatic ? "as requested"
                                                                                : obstacle;
 }

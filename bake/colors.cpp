@@ -1,5 +1,6 @@
 // Computes voxel colours. Clips each triangle to the voxel, cuts the rest into a fan, and looks up colours
-// there, in linear light. They are stored in 16 bits as square roots, so that dark colours keep more steps.
+// there, in linear light. Where triangles have holes, only what blocks counts: nothing else is ever hit.
+// They are stored in 16 bits as square roots, so that dark colours keep more steps.
 #include "bake/colors.hpp"
 
 #include <tbb/parallel_for.h>
@@ -10,6 +11,7 @@
 #include <optional>
 
 #include "bake/encoder.hpp"
+#include "bake/ground_truth/holes_filter.hpp"
 #include "bake/planes/clipped_polygon.hpp"
 #include "bake/planes/voxelize.hpp"
 #include "kernels/reference/planes/voxel_colors.hpp"
@@ -122,6 +124,25 @@ class Places {
   double square_;
 };
 
+/// What a triangle's colour counts at a point.
+class Opacity {
+ public:
+  Opacity(const mesh::CleanMesh& surface, uint32_t triangle) {
+    if (surface.holes.empty() || !surface.holes[triangle].any()) return;
+    holes_ = &surface.holes[triangle];
+    map_ = surface.alpha_maps[holes_->map].get();
+  }
+
+  bool has_holes() const { return holes_ != nullptr; }
+  double at(const Weights& weights) const {
+    return !holes_ || blocks(*holes_, *map_, {weights[1], weights[2]}) ? 1 : 0;
+  }
+
+ private:
+  const mesh::TriangleHoles* holes_ = nullptr;
+  const mesh::AlphaMap* map_ = nullptr;
+};
+
 struct Sum {
   Double3 color{};
   double weight = 0;
@@ -132,22 +153,47 @@ struct Sum {
   }
 };
 
-/// Adds the colour of a triangle of a fan. With a texture it is sampled at the centre of each of four
-/// triangles, made by halving the sides; otherwise the colour is linear, and the centre has the mean.
-void add_part(const Look& look, uint32_t triangle, const Places& places, const Double3& a, const Double3& b,
-              const Double3& c, bool textured, Sum& sum) {
+/// How often the sides of a part are halved before it is sampled: a triangle with holes needs more samples, because
+/// only some of them count.
+constexpr int kHalved = 1, kHalvedWithHoles = 4;
+
+/// The mean colour of voxels: of what blocks, and of everything.
+struct Sums {
+  Sum blocking, whole;
+};
+
+/// A triangle whose colours are averaged.
+struct Part {
+  const Look& look;
+  const Places& places;
+  const Opacity& opacity;
+  uint32_t triangle;
+
+  void sample(const Double3& a, const Double3& b, const Double3& c, double area, Sums& sums) const {
+    const Weights weights = places.at((a + b + c) * (1.0 / 3));
+    const Double3 color = look.color(triangle, weights);
+    sums.blocking.add(color, area * opacity.at(weights));
+    sums.whole.add(color, area);
+  }
+  /// Cuts it in four, so often.
+  void sample(const Double3& a, const Double3& b, const Double3& c, double area, int halved,
+              Sums& sums) const {
+    if (halved == 0) return sample(a, b, c, area, sums);
+    const Double3 ab = (a + b) * 0.5, bc = (b + c) * 0.5, ca = (c + a) * 0.5;
+    sample(a, ab, ca, area / 4, halved - 1, sums);
+    sample(ab, b, bc, area / 4, halved - 1, sums);
+    sample(ca, bc, c, area / 4, halved - 1, sums);
+    sample(ab, bc, ca, area / 4, halved - 1, sums);
+  }
+};
+
+/// Adds the colour of a triangle of a fan. With a texture or holes it is sampled at the centre of triangles that are made
+/// by halving the sides; otherwise the colour is linear, and the centre has the mean.
+void add_part(const Part& part, const Double3& a, const Double3& b, const Double3& c, bool textured,
+              Sums& sums) {
   const double area = length(cross(b - a, c - a)) / 2;
   if (!(area > 0)) return;
-  const auto middle = [](const Double3& p, const Double3& q, const Double3& r) {
-    return (p + q + r) * (1.0 / 3);
-  };
-  if (!textured) {
-    sum.add(look.color(triangle, places.at(middle(a, b, c))), area);
-    return;
-  }
-  const Double3 ab = (a + b) * 0.5, bc = (b + c) * 0.5, ca = (c + a) * 0.5;
-  for (const Double3& point : {middle(a, ab, ca), middle(ab, b, bc), middle(ca, bc, c), middle(ab, bc, ca)})
-    sum.add(look.color(triangle, places.at(point)), area / 4);
+  part.sample(a, b, c, area, part.opacity.has_holes() ? kHalvedWithHoles : textured ? kHalved : 0, sums);
 }
 
 uint16_t packed(const Double3& color) {
@@ -198,7 +244,8 @@ format::Colors mean_colors(const mesh::Scene& scene, const Prepared& prepared,
     uint32_t index = 0;
     if (!kernels::surface_voxel(field, voxel, index)) return;
     const Double3 centre{voxel[0] + 0.5, voxel[1] + 0.5, voxel[2] + 0.5};
-    Sum sum, touching;  // the latter of whole triangles, if none has an area within the voxel
+    Sums sums;
+    Sum touching;  // of whole triangles, if none has an area within the voxel
     for (const uint32_t t : voxels.touching_voxel(i)) {
       if (t >= surface.triangles.size()) break;  // slivers
       Double3 corners[3];
@@ -209,11 +256,14 @@ format::Colors mean_colors(const mesh::Scene& scene, const Prepared& prepared,
       Polygon polygon(corners);
       polygon.clip(half);
       const auto part = polygon.corners();
+      const Opacity opacity(surface, t);
       for (size_t k = 2; k < part.size(); ++k)
-        add_part(look, numbers[t], places, part[0], part[k - 1], part[k], textured, sum);
+        add_part({look, places, opacity, numbers[t]}, part[0], part[k - 1], part[k], textured, sums);
       touching.add(look.color(numbers[t], {1.0 / 3, 1.0 / 3, 1.0 / 3}), 1);
     }
-    const Sum& mean = sum.weight > 0 ? sum : touching;
+    const Sum& mean = sums.blocking.weight > 0 ? sums.blocking
+                      : sums.whole.weight > 0  ? sums.whole
+                                               : touching;
     if (mean.weight > 0) colors[index] = packed(mean.color * (1 / mean.weight));
   });
   return colors;

@@ -68,8 +68,13 @@ class Encoder {
   /// True if all objects are trained at once, because they share a network.
   virtual bool trains_together() const { return false; }
 
-  /// True if it is for objects with holes, and for no others.
-  virtual bool has_holes() const { return false; }
+  /// Which objects it can have, by whether their triangles have holes.
+  enum class Holes {
+    none,  ///< those without
+    any,   ///< both; with "auto" only those without
+    only,  ///< those with holes
+  };
+  virtual Holes holes() const { return Holes::none; }
   /// Why an object with these positions cannot have the encoding; empty if it can.
   virtual std::string obstacle(std::span<const mesh::Float3>) const { return {}; }
   /// True if objects can be laid out at this scale, which is not 1; a lower scale makes smaller ones.
@@ -95,8 +100,8 @@ class Encoder {
 };
 
 /// The encodings that an object may have: the one that the options name and those that stand in for it, or
-/// all that "auto" may choose; last, if objects may have holes, the one for these. Throws Error(usage) if there is none;
-/// InvalidOption.
+/// all that "auto" may choose; last, if some objects have holes and these cannot have it, the one for these. Throws
+/// Error(usage) if there is none; InvalidOption.
 using Encoders = std::vector<std::unique_ptr<Encoder>>;
 Encoders encoders_for(const BakeOptions& options, bool any_holes);
 

@@ -20,7 +20,7 @@ bool may_choose(AnswerKind kind, const BakeOptions& options) {
 
 template <class Baking>
 void add_encoder(const BakeOptions& options, Encoders& encoders) {
-  if (kIsForHoles<Baking>) return;  // an object has holes or not, whatever one would like
+  if (kIsForHoles<Baking>) return;  // added below
   const bool keeps_colors = Baking::kGrids || !options.colors;
   const bool wanted =
       options.encoding == kAutomatic
@@ -44,10 +44,8 @@ Encoders encoders_for(const BakeOptions& options, bool any_holes) {
   Encoders encoders = OfEncoders<EncodersOf>::make(options);
   if (encoders.empty())
     throw Error(Status::usage, fmt::format("no encoding is called '{}'", options.encoding));
-  if (any_holes && encoders.front()->trains_together())
-    throw Error(Status::usage,
-                "--shared-network is for objects without holes, and some have holes; try --ignore-alpha");
-  if (any_holes) encoders.push_back(CutoutBaking::make(options));
+  if (any_holes && (options.encoding == kAutomatic || encoders.front()->holes() == Encoder::Holes::none))
+    encoders.push_back(CutoutBaking::make(options));
   return encoders;
 }
 

@@ -68,7 +68,10 @@ std::string encoding_help() {
           "auto: exact below {} triangles if that takes no more memory than Embree, else learned, unless "
           "--max-bytes, --max-error or --open-rays wish otherwise. ",
           kMostExactTriangles) +
-      named + "What has holes, such as leaves, whatever is asked for, becomes " + for_holes;
+      named +
+      "What has holes, such as leaves, becomes what is asked for if that is segment, proof or spherical, "
+      "else " +
+      for_holes;
   return text.substr(0, text.size() - 2);
 }
 

@@ -79,6 +79,21 @@ void add_hits(const SetHitFigures& hits, nlohmann::ordered_json& sets) {
   }
 }
 
+void add_calibration(const SetAccuracies& sets, bool bins, nlohmann::ordered_json& json) {
+  for (auto& [name, set] : json.items()) {
+    const Accuracy& accuracy = sets[size_t(*ray_set_named(name))];
+    if (accuracy.uncertain() == 0) continue;
+    set["calibration_error"] = accuracy.calibration_error();
+    if (!bins) continue;
+    set["calibration"] = nlohmann::ordered_json::array();
+    for (const CalibrationBin& bin : accuracy.bins) {
+      nlohmann::ordered_json& one =
+          set["calibration"].emplace_back(nlohmann::ordered_json{{"rays", bin.rays}});
+      if (bin.rays > 0) one["probability"] = bin.mean(), one["visible"] = bin.share();
+    }
+  }
+}
+
 nlohmann::ordered_json to_json(const Mix& mix) {
   nlohmann::ordered_json json = nlohmann::ordered_json::object();
   for (RaySet set : kRaySets)
@@ -193,6 +208,7 @@ nlohmann::ordered_json to_json(const ObjectReport& object) {
   json["training_rays"] = object.training_rays;
   json["recoveries"] = object.recoveries;
   json["sets"] = to_json(object.sets);
+  add_calibration(object.sets, false, json["sets"]);
   add_hits(object.hits, json["sets"]);
   return json;
 }

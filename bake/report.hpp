@@ -15,6 +15,10 @@ class Encoder;
 /// are fractions of the set's rays, certain_wrong is a count. Sets without rays are left out.
 nlohmann::ordered_json to_json(const SetAccuracies& sets);
 
+/// Adds "calibration_error" to each of these sets that has answers which are not certain, and with `bins` its
+/// "calibration": for each tenth of the probabilities {"rays", "probability", "visible"} (docs/ray-sets.md).
+void add_calibration(const SetAccuracies& sets, bool bins, nlohmann::ordered_json& json);
+
 /// Adds "hits" to each of these sets whose first hits were measured (docs/ray-sets.md): rates are fractions
 /// of the measured rays; percentiles have names.
 void add_hits(const SetHitFigures& hits, nlohmann::ordered_json& sets);

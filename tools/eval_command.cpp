@@ -35,7 +35,7 @@ constexpr const char* kSchema = "nifkit.eval/2";
 
 struct Arguments : MeasureArguments, RunArguments {
   std::string asset, mesh, format;
-  bool bvh = false, reference = false, hits = false;
+  bool bvh = false, reference = false, hits = false, calibration = false;
 };
 
 struct EmbreeBytes {
@@ -130,10 +130,11 @@ const nlohmann::ordered_json* error_limit_of(const Result& result, size_t object
   return limit.is_object() ? &limit : nullptr;
 }
 
-/// Each set's accuracy, including that of first hits.
-nlohmann::ordered_json sets_with_hits(const Arguments& arguments, const bake::SetAccuracies& sets,
-                                      const bake::SetHits& hits) {
+/// Each set's accuracy, including that of probabilities and first hits.
+nlohmann::ordered_json sets_json(const Arguments& arguments, const bake::SetAccuracies& sets,
+                                 const bake::SetHits& hits) {
   nlohmann::ordered_json json = bake::to_json(sets);
+  bake::add_calibration(sets, arguments.calibration, json);
   if (arguments.hits) bake::add_hits(bake::figures_of(hits), json);
   return json;
 }
@@ -142,7 +143,7 @@ void print_json(const Arguments& arguments, const Result& result) {
   nlohmann::ordered_json objects = nlohmann::ordered_json::array();
   for (size_t i = 0; i < result.objects.size(); ++i) {
     const ObjectResult& object = result.objects[i];
-    objects.push_back({{"name", object.name}, {"sets", sets_with_hits(arguments, object.sets, object.hits)}});
+    objects.push_back({{"name", object.name}, {"sets", sets_json(arguments, object.sets, object.hits)}});
     if (const nlohmann::ordered_json* limit = error_limit_of(result, i))
       objects.back()["error_limit"] = *limit;
   }
@@ -151,7 +152,7 @@ void print_json(const Arguments& arguments, const Result& result) {
       {"file", arguments.asset},
       {"triangles", result.triangles},
       {"bytes", {{"file", result.info.file_bytes}, {"resident", result.info.resident_bytes}}},
-      {"sets", sets_with_hits(arguments, result.sets, result.hits)},
+      {"sets", sets_json(arguments, result.sets, result.hits)},
       {"objects", std::move(objects)}};
   if (arguments.bvh) {
     json["bvh"] = {{"embree_default", {{"bytes", result.embree.standard}}},
@@ -173,6 +174,7 @@ void print(const Arguments& arguments, const Result& result) {
                format_bytes(double(result.embree.compact)), double(result.embree.compact) / resident);
   }
   fmt::print("\n{}", accuracy_table(result.sets));
+  if (arguments.calibration) fmt::print("\n{}", calibration_table(result.sets));
   if (arguments.hits) fmt::print("\n{}", hit_tables(bake::figures_of(result.hits)));
   for (size_t i = 0; i < result.objects.size(); ++i) {
     const nlohmann::ordered_json* limit = error_limit_of(result, i);
@@ -228,6 +230,10 @@ void add_eval(Command app) {
       "--hits", a->hits,
       "Also compare first hits (nifIntersect): rays that hit or miss wrongly, places, normals, proven "
       "bounds, and triangles if the asset stores their numbers");
+  command.add_flag(
+      "--calibration", a->calibration,
+      "Also list, for each tenth of the answered probabilities, their mean and the share of rays "
+      "that are visible: equal if probabilities are right");
   command.add_flag("--reference", a->reference,
                    "Also query the scalar reference, and fail if any bit of an answer differs");
   add_run_options(command, *a, kSchema);
@@ -236,6 +242,7 @@ void add_eval(Command app) {
       "  nif eval dragon.nif --mesh dragon.ply.gz --set outer-lines --set segments\n"
       "  nif eval dragon.nif --mesh dragon.ply.gz --bvh\n"
       "  nif eval dragon.nif --mesh dragon.ply.gz --hits\n"
+      "  nif eval tree.nif --mesh tree.ply --calibration\n"
       "  nif eval dragon_planes.nif --mesh dragon.ply.gz --fallback embree");
   command.callback([a] { run(*a); });
 }

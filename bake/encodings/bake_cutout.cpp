@@ -18,7 +18,7 @@ class CutoutEncoder final : public Encoder {
   std::string_view noun() const override { return "a BVH with holes"; }
   std::string_view smallest() const override { return "BVHs with holes"; }
   AnswerKind kind() const override { return AnswerKind::exact; }
-  bool has_holes() const override { return true; }
+  Holes holes() const override { return Holes::only; }
 
   std::string obstacle(std::span<const mesh::Float3> positions) const override {
     return obstacle_of_bvh(positions);

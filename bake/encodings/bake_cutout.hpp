@@ -1,4 +1,5 @@
-// Bakes `cutout` objects: exact, without training. Every object whose triangles have holes becomes one.
+// Bakes `cutout` objects: exact, without training. Objects whose triangles have holes become that, unless an
+// encoding that may have them is asked for.
 #pragma once
 
 #include <memory>

@@ -22,6 +22,7 @@ class ProofEncoder final : public Encoder {
   std::string_view noun() const override { return "planes"; }
   std::string_view smallest() const override { return "the coarsest grids"; }
   AnswerKind kind() const override { return AnswerKind::open; }
+  Holes holes() const override { return Holes::any; }
   bool has_scale(double scale) const override { return bake::has_scale(shape_, scale); }
 
   void lay_out(const Prepared& prepared, double scale, bool bounded, bool, Form& form) const override {

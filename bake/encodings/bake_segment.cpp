@@ -68,6 +68,7 @@ class SegmentEncoder final : public Encoder {
   std::string_view name() const override { return kernels::encoding_of_field<kernels::SegmentField>().name; }
   std::string_view noun() const override { return "a field"; }
   std::string_view smallest() const override { return "the coarsest grids"; }
+  Holes holes() const override { return Holes::any; }
   bool has_scale(double scale) const override { return bake::has_scale(shape_, scale); }
 
   void lay_out(const Prepared& prepared, double scale, bool bounded, bool, Form& form) const override {

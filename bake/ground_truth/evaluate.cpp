@@ -4,7 +4,9 @@
 
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <boost/math/distributions/binomial.hpp>
+#include <cmath>
 
 namespace nif::bake {
 
@@ -21,6 +23,11 @@ Accuracy& Accuracy::operator+=(const Accuracy& other) {
   certain += other.certain;
   certain_wrong += other.certain_wrong;
   squared_error += other.squared_error;
+  for (size_t b = 0; b < bins.size(); ++b) {
+    bins[b].rays += other.bins[b].rays;
+    bins[b].visible += other.bins[b].visible;
+    bins[b].probability += other.bins[b].probability;
+  }
   worst_error = std::max(worst_error, other.worst_error);
   least_certain = std::min(least_certain, other.least_certain);
   return *this;
@@ -30,6 +37,22 @@ double Accuracy::error_bound() const {
   const uint64_t wrong = leak + spurious;
   return wrong == 0 && certain == rays ? 0 : rate_bound(rays, wrong);
 }
+
+double Accuracy::calibration_error() const {
+  if (uncertain() == 0) return 0;
+  double off = 0;
+  for (const CalibrationBin& bin : bins) off += std::abs(bin.probability - double(bin.visible));
+  return off / double(uncertain());
+}
+
+namespace {
+
+size_t bin_of(float probability) {
+  constexpr auto kBins = static_cast<float>(kCalibrationBins);
+  return probability > 0 ? size_t(std::min(probability * kBins, kBins - 1)) : 0;
+}
+
+}  // namespace
 
 Accuracy evaluate(const RaysWithTruth& rays, const Answerer& answer, const EmbreeTruth& embree) {
   // Chunks end where groups do.
@@ -56,6 +79,11 @@ Accuracy evaluate(const RaysWithTruth& rays, const Answerer& answer, const Embre
       part.certain_wrong += wrong && certain[i] && !embree.in_doubt(rays.segments[first + i]);
       const double off = double(probability[i]) - (truth ? 1.0 : 0.0);
       part.squared_error += off * off;
+      if (certain[i]) continue;
+      CalibrationBin& bin = part.bins[bin_of(probability[i])];
+      ++bin.rays;
+      bin.visible += truth;
+      bin.probability += double(probability[i]);
     }
   });
   Accuracy all, group;

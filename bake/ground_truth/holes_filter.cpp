@@ -106,7 +106,7 @@ class ExactFilter final : public HolesFilter {
     std::array<double, 2> weights;
     if (!find_weights(origin, direction, triangles_[triangle], weights))
       weights = {RTCHitN_u(arguments.hit, count, i), RTCHitN_v(arguments.hit, count, i)};
-    return blocks(holes, weights);
+    return bake::blocks(holes, *maps_[holes.map], weights);
   }
 
  private:
@@ -129,17 +129,6 @@ class ExactFilter final : public HolesFilter {
     if (!(sum > 0 || sum < 0)) return false;
     weights = {second / sum, third / sum};
     return true;
-  }
-
-  bool blocks(const TriangleHoles& holes, const std::array<double, 2>& weights) const {
-    const AlphaMap& map = *maps_[holes.map];
-    const auto texel = [&](size_t axis, uint32_t size) {
-      const auto place = [&](size_t corner) { return double(holes.places[corner][axis]); };
-      const double at = (place(0) + weights[0] * (place(1) - place(0))) + weights[1] * (place(2) - place(0));
-      const int exponent = int(holes.shift) - int(TriangleHoles::kFraction);
-      return wrapped(floor_of(std::ldexp(at, exponent)), size, map.wrap[axis]);
-    };
-    return bit_of(map.tiles.data(), map.tiles_of_row(), texel(0, map.width), texel(1, map.height));
   }
 
   std::vector<TriangleHoles> holes_;
@@ -220,6 +209,16 @@ class FastFilter final : public HolesFilter {
 };
 
 }  // namespace
+
+bool blocks(const TriangleHoles& holes, const AlphaMap& map, const std::array<double, 2>& weights) {
+  const auto texel = [&](size_t axis, uint32_t size) {
+    const auto place = [&](size_t corner) { return double(holes.places[corner][axis]); };
+    const double at = (place(0) + weights[0] * (place(1) - place(0))) + weights[1] * (place(2) - place(0));
+    const int exponent = int(holes.shift) - int(TriangleHoles::kFraction);
+    return wrapped(floor_of(std::ldexp(at, exponent)), size, map.wrap[axis]);
+  };
+  return bit_of(map.tiles.data(), map.tiles_of_row(), texel(0, map.width), texel(1, map.height));
+}
 
 std::unique_ptr<HolesFilter> HolesFilter::make(const EmbreeObject& object, HoleTest test) {
   if (std::ranges::none_of(object.holes, &TriangleHoles::any)) return nullptr;

@@ -1,6 +1,7 @@
 // Lets rays pass the holes of triangles: Embree asks a filter about each hit, and goes on if it was in a hole.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -16,6 +17,11 @@ enum class HoleTest : uint8_t {
   exact,  ///< in double precision, from the ray and the vertices: the ground truth
   fast,   ///< in single precision, from the weights that Embree found: what renderers do
 };
+
+/// Whether a triangle blocks light at a point, given by the weights of its second and third corner: the texel there
+/// decides. `map` is that of the holes.
+bool blocks(const mesh::TriangleHoles& holes, const mesh::AlphaMap& map,
+            const std::array<double, 2>& weights);
 
 /// The filter of one geometry, which answers for any of Embree's calls.
 class HolesFilter {

@@ -182,6 +182,7 @@ class SphericalEncoder final : public Encoder {
   }
   std::string_view noun() const override { return "a field"; }
   std::string_view smallest() const override { return "these grids and networks"; }
+  Holes holes() const override { return Holes::any; }
   bool trains_together() const override { return options_.shared_network; }
 
   /// Only the size: latent vectors are large, so no blank ones are stored.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fstream>
 #include <limits>
+#include <memory>
 
 #include "bake/colors.hpp"
 #include "formats/mesh/flat_scene.hpp"
@@ -140,6 +141,48 @@ TEST(Colors, AreReadOnlyIfAskedFor) {
   EXPECT_FALSE(none.asset.objects[0].colors.has_value());
   options.colors = false;
   EXPECT_EQ(format::encode(none.asset), format::encode(bake_quietly(coloured, options).asset));
+}
+
+/// Red and blue stripes, of which the blue ones are holes: voxels are red, except where everything is solid.
+TEST(Colors, AreThoseOfWhatBlocks) {
+  constexpr uint32_t kSide = 64, kStripe = 4;
+  std::vector<Pixel> pixels;
+  mesh::AlphaMap map{kSide, kSide, {mesh::Wrap::clamp, mesh::Wrap::clamp}, {}};
+  map.tiles.resize(size_t(map.tiles_of_row()) * map.tiles_of_row());
+  for (uint32_t y = 0; y < kSide; ++y)
+    for (uint32_t x = 0; x < kSide; ++x) {
+      const bool red = x / kStripe % 2 == 0;
+      pixels.push_back(red ? kRed : kBlue);
+      if (red) map.tiles[y / 8 * map.tiles_of_row() + x / 8] |= uint64_t{1} << (x % 8 + 8 * (y % 8));
+    }
+  mesh::Scene scene = mesh::read("squares.glb", two_squares(png(kSide, kSide, pixels)).glb(), with_colors());
+  const Color solid = Colors(bake_quietly(scene, options_for("proof"))).at(0.5f, 0.5f);
+  EXPECT_NEAR(solid[0], 0.5, 0.25) << "few samples, many stripes";
+  EXPECT_NEAR(solid[2], 0.5, 0.25);
+
+  mesh::Mesh& mesh = scene.meshes[0];
+  mesh.alpha.assign(mesh.triangles.size(), mesh::TriangleAlpha::solid);
+  mesh.holes.resize(mesh.triangles.size());
+  constexpr int32_t kEnd = kSide << mesh::TriangleHoles::kFraction;
+  const auto give_holes = [&](const std::vector<uint64_t>& tiles) {
+    map.tiles = tiles;
+    mesh.alpha_maps = {std::make_shared<const mesh::AlphaMap>(map)};
+    mesh.alpha[0] = mesh.alpha[1] = mesh::TriangleAlpha::cut;
+    mesh.holes[0] = {0, 0, {{{0, 0}, {kEnd, 0}, {kEnd, kEnd}}}};
+    mesh.holes[1] = {0, 0, {{{0, 0}, {kEnd, kEnd}, {0, kEnd}}}};
+    return bake_quietly(scene, options_for("proof"));
+  };
+  const Colors pierced(give_holes(map.tiles));
+  for (const float x : {0.2f, 0.5f, 0.8f}) {
+    const Color seen = pierced.at(x, 0.5f);
+    EXPECT_GT(seen[0], 0.85f) << x;  // colours are interpolated between stripes, so a little blue stays
+    EXPECT_LT(seen[2], 0.15f) << x;
+  }
+  expect_near(pierced.at(2.5f, 0.5f), {0.25f, 0.5f, 1}, "without holes");
+  // Where nothing blocks, a voxel has the colour of everything.
+  const Color clear = Colors(give_holes(std::vector<uint64_t>(map.tiles.size()))).at(0.5f, 0.5f);
+  EXPECT_NEAR(clear[0], 0.5, 0.15);
+  EXPECT_NEAR(clear[2], 0.5, 0.15);
 }
 
 /// KHR_texture_transform with a second set of texture coordinates.

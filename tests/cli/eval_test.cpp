@@ -1,6 +1,7 @@
 // `nif eval` and `nif info` on an asset that the program has baked itself.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "formats/base/status.hpp"
@@ -42,6 +43,52 @@ TEST(Eval, OfProofsInFrontOfEmbree) {
   }
   const Outcome info = nif({"info", asset});
   EXPECT_NE(info.out.find("proof, "), std::string::npos) << info.out;
+}
+
+TEST(Eval, OfProbabilities) {
+  TempDir folder;
+  const std::string mesh = folder.write("ring.obj", obj_text(torus(48, 24))).string();
+  const std::string learned = (folder.path() / "ring.nif").string(),
+                    exact = (folder.path() / "e.nif").string();
+  const Outcome bake = nif({"bake", mesh, "-o", learned, "--encoding", "segment", "--preset", "fast",
+                            "--rays", "20000", "--json", "--quiet"});
+  ASSERT_EQ(bake.code, 0) << bake.err;
+  ASSERT_EQ(nif({"bake", mesh, "-o", exact, "--encoding", "bvh", "--rays", "0", "--quiet"}).code, 0);
+  EXPECT_GT(json::parse(bake.out)["objects"][0]["sets"]["sun"]["calibration_error"], 0);
+  EXPECT_GT(json::parse(bake.out)["sets"]["sun"]["calibration_error"], 0);
+  const auto eval = [&](const std::string& asset, std::vector<std::string> more) {
+    more.insert(more.begin(), {"eval", asset, "--mesh", mesh, "--rays", "20000", "--quiet"});
+    const Outcome outcome = nif(more);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return outcome.out;
+  };
+  const json plain = json::parse(eval(learned, {"--json"}));
+  const json binned = json::parse(eval(learned, {"--json", "--calibration"}));
+  EXPECT_EQ(binned["objects"][0]["sets"], binned["sets"]);
+  for (const auto& [name, set] : binned["sets"].items()) {
+    SCOPED_TRACE(name);
+    EXPECT_FALSE(plain["sets"][name].contains("calibration"));
+    EXPECT_EQ(plain["sets"][name]["calibration_error"], set["calibration_error"]);
+    ASSERT_EQ(set["calibration"].size(), 10u);
+    double off = 0, rays = 0;
+    for (size_t b = 0; b < 10; ++b) {
+      const json& bin = set["calibration"][b];
+      if (bin["rays"] == 0) continue;
+      EXPECT_GE(bin["probability"].get<double>(), 0.1 * double(b) - 1e-6);
+      EXPECT_LE(bin["probability"].get<double>(), 0.1 * double(b + 1) + 1e-6);
+      const double count = bin["rays"].get<double>();
+      rays += count;
+      off += count * std::abs(bin["probability"].get<double>() - bin["visible"].get<double>());
+    }
+    EXPECT_NEAR(rays / set["rays"].get<double>(), 1 - set["certain"].get<double>(), 1e-9);
+    EXPECT_NEAR(off / rays, set["calibration_error"].get<double>(), 1e-9);
+  }
+  const std::string text = eval(learned, {"--calibration", "--set", "sun"});
+  for (const char* words : {"calibration", "probability", "0.0 to 0.1", "0.9 to 1.0"})
+    EXPECT_NE(text.find(words), std::string::npos) << words << " in:\n" << text;
+  EXPECT_EQ(eval(learned, {"--set", "sun"}).find("0.9 to 1.0"), std::string::npos);
+  const json proven = json::parse(eval(exact, {"--json", "--calibration"}));
+  EXPECT_FALSE(proven["sets"]["sun"].contains("calibration_error"));
 }
 
 TEST(Eval, OfFirstHits) {

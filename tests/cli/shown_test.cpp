@@ -170,7 +170,7 @@ TEST_F(Shown, WhatLetsLightThroughIsRecordedAndReadAlike) {
   EXPECT_NE(nothing.err.find("all of them let light through"), std::string::npos) << nothing.err;
 }
 
-TEST_F(Shown, WhatHasHolesIsExactWhateverIsAskedFor) {
+TEST_F(Shown, WhatHasHolesIsExactUnlessItIsAskedToBeOtherwise) {
   Gltf gltf = two_nodes({1, 1, 1});
   gltf.json["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = {1, 1, 1, 1};
   json& primitive = gltf.json["meshes"][0]["primitives"][0];
@@ -197,7 +197,19 @@ TEST_F(Shown, WhatHasHolesIsExactWhateverIsAskedFor) {
   const Outcome exported = nif({"bench", asset, "--mesh", mesh, "--export", path("race")});
   EXPECT_EQ(exported.code, int(Status::usage));
   EXPECT_NE(exported.err.find("--ignore-alpha"), std::string::npos) << exported.err;
-  EXPECT_EQ(bake(mesh, path("named.nif"), {}).code, 0);
+  for (const std::string encoding : {"proof", "segment"}) {
+    const Outcome asked = nif({"bake", mesh, "-o", path("asked.nif"), "--encoding", encoding, "--resolution",
+                               "12", "--no-merge", "--rays", "0"});
+    ASSERT_EQ(asked.code, 0) << asked.err;
+    EXPECT_NE(asked.out.find("is " + encoding + ": as requested"), std::string::npos) << asked.out;
+    expect_clean(path("asked.nif"));
+    const Outcome right = nif({"eval", path("asked.nif"), "--mesh", mesh, "--rays", "5000", "--json"});
+    ASSERT_EQ(right.code, 0) << right.err;
+    for (const json& set : json::parse(right.out)["sets"]) {
+      EXPECT_EQ(set["certain_wrong"], 0) << encoding;
+      EXPECT_LT(set["certain"].get<double>(), 1) << encoding;
+    }
+  }
   const Outcome named = nif({"bake", mesh, "-o", path("named.nif"), "--encoding", "cutout"});
   EXPECT_EQ(named.code, int(Status::usage)) << "it cannot be asked for";
 }

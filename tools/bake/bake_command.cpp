@@ -74,6 +74,7 @@ nlohmann::ordered_json bake_json(const Arguments& arguments, const mesh::Scene& 
   nlohmann::ordered_json objects = nlohmann::ordered_json::array();
   for (const bake::ObjectReport& object : result.objects) objects.push_back(bake::to_json(object));
   nlohmann::ordered_json sets = bake::to_json(result.sets);
+  bake::add_calibration(result.sets, false, sets);
   bake::add_hits(result.hits, sets);
   nlohmann::ordered_json json{{"schema", kSchema},
                               {"file", arguments.output},

@@ -9,4 +9,7 @@ namespace nif::tools {
 
 std::string accuracy_table(const bake::SetAccuracies& sets);
 
+/// A block for each set whose answers are not all certain: what happened to rays by their probability.
+std::string calibration_table(const bake::SetAccuracies& sets);
+
 }  // namespace nif::tools

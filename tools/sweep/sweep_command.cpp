@@ -70,6 +70,7 @@ nlohmann::ordered_json to_json(const Arguments& arguments, uint64_t triangles,
                                {"seconds", point.seconds},
                                {"bytes", {{"file", point.file_bytes}, {"resident", point.resident_bytes}}},
                                {"sets", bake::to_json(point.sets)}};
+    bake::add_calibration(point.sets, false, one["sets"]);
     for (const SetSpeeds& speeds : point.speeds)
       one["speed"][std::string(bake::name_of(speeds.set))] = {{"mrays_per_s", speeds.rate().median},
                                                               {"ratio", speeds.ratio_to_best().median}};
