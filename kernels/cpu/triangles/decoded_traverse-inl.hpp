@@ -56,7 +56,7 @@ HWY_INLINE uint32_t meets_boxes(const DecodedNode& node, const ReadyRay& ray) {
 
 /// Appends the children in some slots. A whole node must have room. Returns how many there are.
 HWY_INLINE uint32_t append(const DecodedNode& node, uint32_t slots, Child* to) {
-  const SlotWords d;
+  [[maybe_unused]] const SlotWords d;
 #if HWY_TARGET == HWY_AVX3
   _mm256_storeu_si256(reinterpret_cast<__m256i*>(to),
                       _mm256_maskz_compress_epi32(__mmask8(slots), hn::Load(d, node.children).raw));

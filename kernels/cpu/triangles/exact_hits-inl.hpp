@@ -100,15 +100,12 @@ HWY_INLINE ExactTest<V> test_exactly(const V (&x)[3], const V (&y)[3], const V (
   const auto off = hn::Max(hn::Abs(mean(x)), hn::Abs(mean(y)));
   const auto near = hn::Le(off, hn::Mul(hn::Set(d, double{kPointNear}), error));
   const auto beside = hn::Gt(apart, hn::Zero(d));
-  ExactTest<V> test;
-  test.close = hn::AndNot(missed, hn::Or(beside, hn::AndNot(near, narrow)));
+  const auto close = hn::AndNot(missed, hn::Or(beside, hn::AndNot(near, narrow)));
   const V depth = hn::IfThenElse(narrow, mean(z), hn::Div(sum_of(side, z, hn::Mul(side[0], z[0])), sum));
-  test.t = hn::Div(depth, length);
-  test.second = weights[1];
-  test.third = weights[2];
-  const auto in_range = hn::And(hn::Le(tmin, test.t), hn::Le(test.t, tmax));
-  test.met = hn::And(in_range, hn::AndNot(hn::Or(missed, test.close), hn::Ne(sum, hn::Zero(d))));
-  return test;
+  const V t = hn::Div(depth, length);
+  const auto in_range = hn::And(hn::Le(tmin, t), hn::Le(t, tmax));
+  const auto met = hn::And(in_range, hn::AndNot(hn::Or(missed, close), hn::Ne(sum, hn::Zero(d))));
+  return {met, close, t, weights[1], weights[2]};
 }
 
 /// What is known of as many candidates as there are lanes.
@@ -186,8 +183,8 @@ HWY_NOINLINE inline void test_candidates(const TrianglesField& field, const Segm
   const auto third_d = hn::RebindMask(d, hn::Eq(wide(axis_z), hn::Set(d, 2.0)));
   for (uint32_t a = 0; a < 3; ++a) {
     // The longest axis is 0: x comes second in the order (1, 2, 0), and so on.
-    const D first = normal[(a + 2) % 3], of_second = normal[(a + 1) % 3], of_third = normal[a];
-    const D own = hn::IfThenElse(third_d, of_third, hn::IfThenElse(second_d, of_second, first));
+    const D of_first = normal[(a + 2) % 3], of_second = normal[(a + 1) % 3], of_third = normal[a];
+    const D own = hn::IfThenElse(third_d, of_third, hn::IfThenElse(second_d, of_second, of_first));
     store(hn::IfThenElseZero(has_normal, hn::Div(own, largest)), hits.normal[a]);
   }
 }

@@ -31,6 +31,7 @@ struct LargeTest {
 };
 /// The depths at which they do, in their directions.
 struct LargeDepths {
+  HWY_INLINE LargeDepths() {}  // as BoxRays
   hn::Vec<Floats> low, high;
 };
 

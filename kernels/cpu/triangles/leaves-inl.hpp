@@ -92,8 +92,7 @@ HWY_INLINE SeenLeaf see(const DecodedLeaf& leaf, const DecodedRay& ray) {
   const auto row = [&](uint32_t k, uint32_t i) HWY_ATTR {
     return reinterpret_cast<const float*>(reinterpret_cast<const char*>(leaf.corners[k]) + ray.rows[i]);
   };
-  SeenLeaf seen;
-  hn::Vec<Four> x[3], y[3], size;
+  hn::Vec<Four> x[3], y[3], depth[3], size;
 #if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX2
   const __m256 origin = _mm256_load_ps(ray.origin), shear = _mm256_load_ps(ray.shear);
   const __m256 origin_z = _mm256_broadcast_ss(&ray.origin_z);
@@ -107,22 +106,22 @@ HWY_INLINE SeenLeaf see(const DecodedLeaf& leaf, const DecodedRay& ray) {
     sizes = _mm256_add_ps(sizes, _mm256_and_ps(sheared, magnitude));
     x[k] = hn::Vec<Four>{_mm256_castps256_ps128(sheared)};
     y[k] = hn::Vec<Four>{_mm256_extractf128_ps(sheared, 1)};
-    seen.z[k] = hn::Vec<Four>{_mm256_castps256_ps128(z)};
+    depth[k] = hn::Vec<Four>{_mm256_castps256_ps128(z)};
   }
   size = hn::Vec<Four>{_mm_add_ps(_mm256_castps256_ps128(sizes), _mm256_extractf128_ps(sizes, 1))};
 #else
   size = hn::Zero(d);
   for (uint32_t k = 0; k < 3; ++k) {
-    seen.z[k] = hn::Sub(hn::Load(d, row(k, 2)), hn::Set(d, ray.origin_z));
-    x[k] = hn::NegMulAdd(seen.z[k], hn::Load(d, ray.shear),
+    depth[k] = hn::Sub(hn::Load(d, row(k, 2)), hn::Set(d, ray.origin_z));
+    x[k] = hn::NegMulAdd(depth[k], hn::Load(d, ray.shear),
                          hn::Sub(hn::Load(d, row(k, 0)), hn::Load(d, ray.origin)));
-    y[k] = hn::NegMulAdd(seen.z[k], hn::Load(d, ray.shear + 4),
+    y[k] = hn::NegMulAdd(depth[k], hn::Load(d, ray.shear + 4),
                          hn::Sub(hn::Load(d, row(k, 1)), hn::Load(d, ray.origin + 4)));
     size = hn::Add(size, hn::Add(hn::Abs(x[k]), hn::Abs(y[k])));
   }
 #endif
-  seen.sides = edge_sides(x, y, size, hn::Set(d, ray.error[0]), hn::Set(d, ray.error[1]));
-  return seen;
+  return {{depth[0], depth[1], depth[2]},
+          edge_sides(x, y, size, hn::Set(d, ray.error[0]), hn::Set(d, ray.error[1]))};
 }
 
 /// Triangles of a leaf as bits.

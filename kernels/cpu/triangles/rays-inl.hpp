@@ -70,6 +70,7 @@ struct ReadyRays {
 
 /// The rays of a vector as boxes see them. As in ReadyRay.
 struct BoxRays {
+  HWY_INLINE BoxRays() {}  // GCC makes implicit ones for the baseline, not for the target
   hn::Vec<Floats> inverse[3], near[3], far[3];
   hn::Mask<Floats> backwards[3];
   hn::Vec<Floats> enter, leave;
