@@ -59,8 +59,8 @@ class Camera {
  public:
   Camera(const Trees& trees, uint32_t width, uint32_t height) : width_(width), height_(height) {
     const Float3 size = trees.high + -1 * trees.low, middle = 0.5f * (trees.low + trees.high);
-    eye_ = middle + Float3{-0.3f * size[0], 0.07f * size[0], 0.46f * size[2]};
-    ahead_ = normalised(middle + Float3{0.06f * size[0], 0.1f * size[1], 0} + -1 * eye_);
+    eye_ = middle + Float3{-0.3f * size[0], 0.07f * size[0], 0.42f * size[2]};
+    ahead_ = normalised(middle + Float3{0.06f * size[0], -0.15f * size[1], 0} + -1 * eye_);
     right_ = normalised(cross(ahead_, {0, 1, 0}));
     up_ = cross(right_, ahead_);
   }
