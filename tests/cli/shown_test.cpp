@@ -7,6 +7,7 @@
 #include "formats/base/status.hpp"
 #include "tests/cli/program.hpp"
 #include "tests/support/gltf.hpp"
+#include "tests/support/temp_dir.hpp"
 #include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
@@ -212,6 +213,35 @@ TEST_F(Shown, WhatHasHolesIsExactUnlessItIsAskedToBeOtherwise) {
   }
   const Outcome named = nif({"bake", mesh, "-o", path("named.nif"), "--encoding", "cutout"});
   EXPECT_EQ(named.code, int(Status::usage)) << "it cannot be asked for";
+}
+
+/// A scene for pictures: light passes holes, with an asset and without.
+TEST_F(Shown, PicturesHaveHolesWithoutAnAsset) {
+  Gltf gltf = two_nodes({1, 1, 1});
+  gltf.json["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = {1, 1, 1, 1};
+  json& primitive = gltf.json["meshes"][0]["primitives"][0];
+  primitive["material"] = 0;
+  std::vector<float> colors;
+  for (const mesh::Float3& corner : cube().positions)
+    colors.insert(colors.end(), {1, 1, 1, corner[0] > 0 ? 1.0f : 0.0f});
+  primitive["attributes"]["COLOR_0"] = gltf.accessor(raw(colors), 5126, "VEC4", colors.size() / 4);
+  const std::string mesh = write("half.glb", gltf);
+  ASSERT_EQ(bake(mesh, path("half.nif")).code, 0);
+  const std::string rest = "[ground]\n[[light]]\ntype = \"sun\"\ndirection = [0.5, 0.8, 0.6]\n[[camera]]\n";
+  const auto picture = [&](const std::string& name, const std::string& object,
+                           std::vector<std::string> more) {
+    const std::string scene =
+        folder_.write(name + ".toml", "[[object]]\nmesh = \"half.glb\"\n" + object + rest).string();
+    more.insert(more.begin(),
+                {"render", scene, "-o", path(name), "--width", "48", "--height", "32", "--samples", "1"});
+    const Outcome rendered = nif(more);
+    EXPECT_EQ(rendered.code, 0) << rendered.err;
+    return read_bytes(path(name) + "/camera1-reference.png");
+  };
+  const auto alone = picture("alone", "", {}), baked = picture("baked", "nif = \"half.nif\"\n", {});
+  ASSERT_FALSE(alone.empty());
+  EXPECT_EQ(alone, baked);
+  EXPECT_NE(alone, picture("solid", "", {"--ignore-alpha"}));
 }
 
 TEST_F(Shown, SeveralInstancesOfANodeAreAttachedAsOne) {

@@ -54,7 +54,7 @@ class AssetPictures : public testing::Test {
   static Rendering render_scene(SceneDescription& scene) {
     tools::Progress quiet(true);
     std::vector<std::string> notes;
-    ObjectMeshes meshes = read_meshes(scene, notes, quiet);
+    ObjectMeshes meshes = read_meshes(scene, {}, notes, quiet);
     const World world(scene, std::move(meshes), "queries=8", quiet);
     EXPECT_FALSE(world.assets().no_first_hits()) << *world.assets().no_first_hits();
     EXPECT_GT(world.embree_bytes(), 30 * world.triangles());

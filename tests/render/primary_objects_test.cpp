@@ -42,7 +42,7 @@ class PrimaryScenes : public testing::Test {
   static std::unique_ptr<World> make_world(SceneDescription& scene) {
     tools::Progress quiet(true);
     std::vector<std::string> notes;
-    ObjectMeshes meshes = read_meshes(scene, notes, quiet);
+    ObjectMeshes meshes = read_meshes(scene, {}, notes, quiet);
     return std::make_unique<World>(scene, std::move(meshes), "queries=8", quiet);
   }
   /// Trained on the scene's camera.

@@ -40,7 +40,7 @@ class Renderer : public testing::Test {
   static std::unique_ptr<World> make_world(SceneDescription& scene, const std::string& configuration = "") {
     tools::Progress quiet(true);
     std::vector<std::string> notes;
-    ObjectMeshes meshes = read_meshes(scene, notes, quiet);
+    ObjectMeshes meshes = read_meshes(scene, {}, notes, quiet);
     EXPECT_TRUE(notes.empty());
     return std::make_unique<World>(scene, std::move(meshes), configuration, quiet);
   }

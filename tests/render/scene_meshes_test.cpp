@@ -26,7 +26,7 @@ class SceneMeshes : public testing::Test {
   SceneDescription read(SceneDescription scene) {
     tools::Progress quiet(true);
     notes_.clear();
-    meshes_ = read_meshes(scene, notes_, quiet);
+    meshes_ = read_meshes(scene, {}, notes_, quiet);
     return scene;
   }
   /// A scene in TOML that uses a.glb, written from the current gltf_.

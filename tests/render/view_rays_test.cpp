@@ -43,7 +43,7 @@ class Views : public testing::Test {
   bake::MeshRays draw(SceneDescription scene, uint64_t round, Draw which = &ViewRays::draw) {
     tools::Progress quiet(true);
     std::vector<std::string> notes;
-    ObjectMeshes meshes = read_meshes(scene, notes, quiet);
+    ObjectMeshes meshes = read_meshes(scene, {}, notes, quiet);
     const World world(scene, std::move(meshes), "", quiet);
     const Lighting lighting(scene);
     return (ViewRays(scene, world, lighting, mesh_, meshes_).*which)(round);

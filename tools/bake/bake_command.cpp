@@ -199,7 +199,7 @@ struct View {
   View(render::SceneDescription description, const std::string& mesh, const mesh::Scene& baked,
        Progress& progress)
       : scene(std::move(description)),
-        meshes(render::read_meshes(scene, notes, progress)),
+        meshes(render::read_meshes(scene, {}, notes, progress)),
         files(files_of(scene, meshes)),
         lighting(scene),
         world(scene, std::move(meshes), "", progress),

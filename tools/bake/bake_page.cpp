@@ -190,7 +190,7 @@ std::string bake_page(const nlohmann::ordered_json& report, std::string_view met
   const auto asset = report.at("file").get<std::string>();
   render::SceneDescription scene = scene_of(mesh, asset);
   std::vector<std::string> ignored;
-  render::ObjectMeshes meshes = render::read_meshes(scene, ignored, progress);
+  render::ObjectMeshes meshes = render::read_meshes(scene, {}, ignored, progress);
   const bool leaves_open = std::ranges::any_of(
       report.at("objects"), [](const Json& object) { return object.at("encoding") == "proof"; });
   SurfaceErrors errors;

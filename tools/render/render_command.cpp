@@ -45,7 +45,7 @@ struct Arguments : RunArguments, RuntimeArguments {
   std::string exact = "none";
   std::optional<std::string> sheet;
   uint32_t thumbnail = 240;
-  bool exr = false;
+  bool exr = false, ignore_alpha = false;
 
   /// Whether another picture is made with all rays answered by assets.
   bool by_assets() const { return primary == "asset"; }
@@ -291,7 +291,9 @@ void run(const Arguments& arguments) {
   if (arguments.sheet) check_output(*arguments.sheet);
   Progress progress(arguments.quiet);
   std::vector<std::string> notes;
-  render::ObjectMeshes meshes = render::read_meshes(scene, notes, progress);
+  mesh::AlphaOptions alpha;
+  alpha.read = !arguments.ignore_alpha;
+  render::ObjectMeshes meshes = render::read_meshes(scene, alpha, notes, progress);
   keep_cameras(arguments, scene);
   progress.finish();
   print_notes(notes, arguments.quiet);
@@ -383,6 +385,10 @@ void add_render(Command app) {
       .capture_default_str()
       .one_of({"none", "inside", "outside"});
   add_runtime_options(command, a);
+  command.add_flag(
+      "--ignore-alpha", a.ignore_alpha,
+      "Objects without an asset are solid, whatever their materials say; without it, light passes their "
+      "holes, as after nif bake");
   command.add_flag("--exr", a.exr, "Also write linear pictures as OpenEXR");
   command.add_option(
       "--sheet", a.sheet,

@@ -168,8 +168,8 @@ void complete(SceneDescription& scene, std::vector<std::string>& notes) {
 
 }  // namespace
 
-ObjectMeshes read_meshes(SceneDescription& scene, std::vector<std::string>& notes,
-                         tools::Progress& progress) {
+ObjectMeshes read_meshes(SceneDescription& scene, const mesh::AlphaOptions& alpha,
+                         std::vector<std::string>& notes, tools::Progress& progress) {
   progress.begin();
   ObjectMeshes meshes;
   struct ReadFile {
@@ -181,6 +181,7 @@ ObjectMeshes read_meshes(SceneDescription& scene, std::vector<std::string>& note
   for (size_t i = 0; i < scene.objects.size(); ++i) {
     const ObjectDescription& object = scene.objects[i];
     mesh::ReadLimits limits;
+    limits.alpha = alpha;
     if (object.nif) {
       const mesh::ReadLimits baked = tools::limits_of_asset(*object.nif);
       limits.choice = baked.choice;

@@ -59,6 +59,15 @@ void ask(RTCScene scene, std::span<const Segment> rays, uint8_t* visible) {
   }
 }
 
+/// Without the triangles that let all light through.
+std::shared_ptr<const mesh::Scene> without_clear(std::shared_ptr<const mesh::Scene> meshes) {
+  if (std::ranges::all_of(meshes->meshes, [](const mesh::Mesh& mesh) { return mesh.alpha.empty(); }))
+    return meshes;
+  mesh::Scene blocking = *meshes;
+  mesh::drop_clear(blocking);
+  return std::make_shared<const mesh::Scene>(std::move(blocking));
+}
+
 }  // namespace
 
 void World::Release::operator()(RTCDeviceTy* device) const { rtcReleaseDevice(device); }
@@ -93,7 +102,7 @@ World::World(const SceneDescription& scene, ObjectMeshes object_meshes, const st
     const ObjectDescription& object = scene.objects[i];
     progress.update(double(i) / double(scene.objects.size()), "building a BVH over " + object.mesh);
     std::shared_ptr<const mesh::Scene> owned = std::move(object_meshes.at(i));
-    if (object.nif) owned = add_asset(object, std::move(owned));
+    owned = object.nif ? add_asset(object, std::move(owned)) : without_clear(std::move(owned));
     const mesh::Scene& meshes = *owned;
     std::vector<std::vector<Transform>> places(meshes.meshes.size());
     for (const mesh::Instance& instance : meshes.instances) {
@@ -222,11 +231,7 @@ std::shared_ptr<const mesh::Scene> World::add_asset(const ObjectDescription& obj
   tools::check_alpha(*meshes, added.metadata, *object.nif, object.mesh);
   if (auto merged = tools::merged_as_baked(*meshes, added.metadata, *object.nif, object.mesh))
     meshes = std::make_shared<const mesh::Scene>(*std::move(merged));
-  if (std::ranges::any_of(meshes->meshes, [](const mesh::Mesh& mesh) { return !mesh.alpha.empty(); })) {
-    mesh::Scene blocking = *meshes;
-    mesh::drop_clear(blocking);
-    meshes = std::make_shared<const mesh::Scene>(std::move(blocking));
-  }
+  meshes = without_clear(std::move(meshes));
   std::set<std::array<mesh::Float3, 2>> bounds;
   for (const mesh::Mesh& mesh : meshes->meshes) {
     const mesh::Box box = mesh::bounds(mesh.positions, mesh.triangles);
