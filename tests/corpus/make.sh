@@ -52,6 +52,11 @@ bake segment-torus torus --encoding segment --resolution 20
 bake segment-tree tree --encoding segment --resolution 8 --uncoded
 bake segment-tree-cut tree --encoding segment --resolution 30
 
+"$bin/nif" mesh generate tree --cutout -o "$meshes/leaves.glb" --triangles 100 --quiet
+for form in '' -uncoded; do
+  "$bin/nif" bake "$meshes/leaves.glb" -o "$corpus/cutout-tree$form.nif" --alpha-resolution 64 --rays 0 --quiet ${form:+-$form}
+done
+
 # real NAME MESH [options of nif bake]: of a real mesh, whose folder is not to be seen in the file.
 real() { (cd "$meshes" && "$bin/nif" bake "$2" -o "$top/$corpus/real-$1.nif" --quiet --rays 0 "${@:3}"); }
 # reduced NAME MESH TRIANGLES
