@@ -14,6 +14,7 @@
 #include "formats/base/vector.hpp"
 #include "formats/mesh/alpha.hpp"
 #include "formats/mesh/appearance.hpp"
+#include "formats/mesh/clip.hpp"
 #include "formats/mesh/merging.hpp"
 #include "formats/mesh/mesh_choice.hpp"
 
@@ -47,6 +48,7 @@ enum class NoteKind : uint8_t {
   bind_pose,          ///< glTF: skins, read in the bind pose
   morphs,             ///< glTF: morph targets, read with the weights of the file
   pose,               ///< glTF: skins, read in another pose than the bind pose
+  clips,              ///< glTF: animations that cannot be read, where they are listed
   hidden,             ///< glTF: nodes hidden by KHR_node_visibility
   helpers,            ///< names of collision shapes and of levels of detail
   clear,              ///< glTF, OBJ: triangles that block nothing, because their material lets light through
@@ -148,6 +150,7 @@ struct Scene {
   std::vector<Node> nodes;          ///< for glTF: those of the instances, and all their ancestors
   std::vector<Camera> cameras;      ///< for glTF, in the order of the hierarchy; other formats have none
   std::vector<Light> lights;        ///< likewise, from KHR_lights_punctual
+  std::vector<Clip> clips;          ///< animations of glTF, with ReadLimits::clips
   /// XXH3-64 of the bytes of the file (decompressed) and of its buffers; for a glTF with an attached asset,
   /// of the original file without it.
   uint64_t source_hash = 0;

@@ -112,6 +112,8 @@ Scene read_checked(const std::filesystem::path& file, std::string_view bytes, co
   if (input.bytes.starts_with("\xEF\xBB\xBF")) input.bytes.remove_prefix(3);
   std::vector<ExternalFile> external;
   Scene scene = read_format(input, external);
+  if (limits.moment && !looks_like_gltf(input.bytes))
+    input.fail(Status::usage, "has no clips: only glTF has animations");
   check(input, scene);
   FilePieces source;
   if (looks_like_gltf(input.bytes))

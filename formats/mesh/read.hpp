@@ -3,11 +3,13 @@
 
 #include <array>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "formats/base/status.hpp"
+#include "formats/mesh/clip.hpp"
 #include "formats/mesh/mesh_choice.hpp"
 #include "formats/mesh/mesh_scene.hpp"
 
@@ -38,6 +40,10 @@ struct ReadLimits {
   /// name.
   std::string format{};
   Choice choice{};  ///< which parts of the file are read, by name
+  /// Of a glTF: when, in an animation. Its nodes, skins and morph targets are then as the animation has them, and what it
+  /// does not move as the file has it. Without, all are as the file has them. Throws Error(usage) if there is no such clip.
+  std::optional<Moment> moment{};
+  bool clips = false;  ///< also list the animations: Scene::clips
 };
 
 /// Reads OBJ, PLY, STL, OFF, glTF, GLB (tinygltf; docs/meshes.md lists the extensions) or DRC (Draco), also

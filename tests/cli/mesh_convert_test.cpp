@@ -7,6 +7,7 @@
 #include "formats/mesh/read.hpp"
 #include "tests/cli/mesh_text.hpp"
 #include "tests/cli/program.hpp"
+#include "tests/support/gltf.hpp"
 #include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
@@ -36,6 +37,40 @@ TEST_F(MeshConvert, KeepsAMeshToTheBit) {
   EXPECT_EQ(after.meshes[0].positions, before.meshes[0].positions);
   EXPECT_EQ(after.meshes[0].triangles, before.meshes[0].triangles);
   EXPECT_EQ(after.meshes[0].name, before.meshes[0].name);
+}
+
+TEST_F(MeshConvert, WritesAMomentOfAClip) {
+  Gltf gltf = gltf_of(cube());
+  const int times = gltf.accessor(raw(std::vector<float>{0, 2}), 5126, "SCALAR", 2),
+            places = gltf.accessor(raw(std::vector<float>{0, 0, 0, 4, 0, 0}), 5126, "VEC3", 2);
+  gltf.json["animations"] = {
+      {{"name", "slide"},
+       {"samplers", {{{"input", times}, {"output", places}}}},
+       {"channels", {{{"sampler", 0}, {"target", {{"node", 0}, {"path", "translation"}}}}}}}};
+  const std::string input = folder_.write("slide.glb", gltf.glb()).string();
+  const Outcome listed = nif({"mesh", "info", input, "--json"});
+  ASSERT_EQ(listed.code, 0) << listed.err;
+  EXPECT_EQ(nlohmann::json::parse(listed.out)["clips"],
+            nlohmann::json({{{"name", "slide"}, {"begin", 0}, {"end", 2}, {"channels", 1}}}));
+  EXPECT_NE(nif({"mesh", "info", input}).out.find("'slide': 0 to 2 s, 1 channel"), std::string::npos);
+  const auto place = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {input, "-o", path("moved.glb"), "--quiet"});
+    EXPECT_EQ(convert(more).code, 0);
+    return mesh::read(path("moved.glb")).instances.at(0).transform[3];
+  };
+  EXPECT_EQ(place({}), 0);
+  EXPECT_EQ(place({"--clip", "slide"}), 0);
+  EXPECT_EQ(place({"--clip", "slide", "--time", "1.5"}), 3);
+  const auto refused = [&](std::vector<std::string> more, const std::string& part) {
+    more.insert(more.begin(), {input, "-o", path("none.glb")});
+    const Outcome outcome = convert(more);
+    EXPECT_EQ(outcome.code, int(Status::usage));
+    EXPECT_NE(outcome.err.find(part), std::string::npos) << outcome.err;
+    EXPECT_FALSE(std::filesystem::exists(path("none.glb")));
+  };
+  refused({"--clip", "jump"}, "slide.glb: has no clip 'jump', but: slide");
+  refused({"--time", "1"}, "--clip");
+  refused({"--clip", "slide", "--time", "-1"}, "--time");
 }
 
 TEST_F(MeshConvert, PutsTheObjectsOfASceneWhereTheyStand) {

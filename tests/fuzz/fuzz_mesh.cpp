@@ -29,8 +29,11 @@ constexpr uint32_t kGlb = 4;
 constexpr uint32_t kTexts[] = {0, 1, 2, 3, 5};
 
 const mesh::ReadLimits& limits() {
-  static const mesh::ReadLimits limits{
-      .max_decompressed_bytes = 1 << 24, .max_triangles = 1 << 20, .colors = true, .alpha = {.read = true}};
+  static const mesh::ReadLimits limits{.max_decompressed_bytes = 1 << 24,
+                                       .max_triangles = 1 << 20,
+                                       .colors = true,
+                                       .alpha = {.read = true},
+                                       .clips = true};
   return limits;
 }
 
@@ -85,7 +88,12 @@ void read(std::string_view name, std::string_view bytes) {
       must(plain.size() <= std::max<uint64_t>(limits().max_decompressed_bytes, bytes.size()));
       use(mesh::read(file, plain.view(), limits()));
     } else {
-      use(mesh::read(file, bytes, limits()));
+      const mesh::Scene scene = mesh::read(file, bytes, limits());
+      use(scene);
+      if (scene.clips.empty()) return;
+      mesh::ReadLimits moved = limits();
+      moved.moment = {"0", 0.3};
+      use(mesh::read(file, bytes, moved));
     }
   } catch (const nif::Error& error) {
     nif::test::must_refuse_well(error, file);

@@ -40,6 +40,9 @@ struct Arguments : RunArguments {
   SamplingArguments sampling;
   bool sampling_given = false;
   mesh::Choice choice;
+  std::optional<std::string> clip;
+  double time = 0;
+  bool time_given = false;
 };
 
 /// Appends a file's scene with a transform; its meshes only if `first_mesh` shows that they are not there
@@ -119,6 +122,10 @@ void check_arguments(const Arguments& arguments) {
   check_choice(arguments.choice);
   if (!arguments.choice.empty() && ending_of(arguments.input) == ".toml")
     throw Error(Status::usage, arguments.input + ": --only and --except are for mesh files, not for scenes");
+  if (arguments.clip && ending_of(arguments.input) == ".toml")
+    throw Error(Status::usage, arguments.input + ": --clip is for mesh files, not for scenes");
+  if (arguments.time_given && !arguments.clip)
+    throw Error(Status::usage, "--time is a moment of --clip, which is missing; nif mesh info lists clips");
   const mesh::WriteOptions& options = arguments.options;
   if (!is_volume(arguments.output)) {
     mesh::check_options(mesh::file_kind(arguments.output), options);
@@ -159,6 +166,7 @@ void run(const Arguments& arguments) {
   mesh::ReadLimits limits;
   limits.format = arguments.format;
   limits.choice = arguments.choice;
+  if (arguments.clip) limits.moment = {*arguments.clip, arguments.time};
   const mesh::Scene scene = ending_of(arguments.input) == ".toml"
                                 ? read_objects(arguments.input, progress)
                                 : read_mesh(arguments.input, progress, limits);
@@ -192,6 +200,15 @@ void add_mesh_convert(Command mesh) {
   add_write_options(command, a.options);
   add_sampling_options(command, a.sampling);
   add_choice_options(command, a.choice);
+  command.add_option(
+      "--clip", a.clip,
+      "Of a glTF: write its nodes, skins and morph targets as this animation has them, given by its name "
+      "or its number from 0 on; nif mesh info lists them");
+  command
+      .add_option("--time", a.time,
+                  "The moment of --clip, in seconds (0). Before the first key and after the last, the clip "
+                  "stands still")
+      .range(0.0, 1e9);
   add_run_options(command, a, kSchema);
   command.footer(
       "A .glb keeps every bit of positions, indices, names, transforms, cameras and lights. The other "
@@ -203,10 +220,12 @@ void add_mesh_convert(Command mesh) {
       "attributes are not read.\n"
       "Examples:\n"
       "  nif mesh convert scan.ply -o scan.glb --draco\n"
+      "  nif mesh convert guard.glb -o running.obj --clip Run --time 0.4\n"
       "  nif mesh convert plan.toml -o objects.glb && nif bake objects.glb -o objects.nif");
   command.callback([arguments, command] {
     for (const char* name : {"--voxel", "--resolution", "--thickness", "--allow-open"})
       arguments->sampling_given |= command.given(name);
+    arguments->time_given = command.given("--time");
     run(*arguments);
   });
 }

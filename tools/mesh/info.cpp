@@ -112,7 +112,11 @@ void print_json(const Arguments& arguments, const mesh::Scene& scene, const Resu
             {"file", arguments.input},
             {"instances", scene.instances.size()},
             {"cameras", scene.cameras.size()},
-            {"lights", scene.lights.size()}};
+            {"lights", scene.lights.size()},
+            {"clips", Json::array()}};
+  for (const mesh::Clip& clip : scene.clips)
+    json["clips"].push_back(
+        {{"name", clip.name}, {"begin", clip.begin}, {"end", clip.end}, {"channels", clip.channels}});
   json.update(json_of(results.all));
   json["meshes"] = Json::array();
   for (size_t m = 0; m < scene.meshes.size(); ++m) {
@@ -138,6 +142,10 @@ void print(const Arguments& arguments, const mesh::Scene& scene, const Results& 
              count == 1 ? "1 mesh" : fmt::format("{} meshes", count),
              count_of(scene.instances.size(), "instance"));
   fmt::print("{}{:<13}{}\n", to_text(results.all.mesh), "crossing", intersections_of(results));
+  if (!scene.clips.empty()) fmt::print("\n");
+  for (const mesh::Clip& clip : scene.clips)
+    fmt::print("clip         '{}': {:.5g} to {:.5g} s, {}\n", clip.name, clip.begin, clip.end,
+               count_of(clip.channels, "channel"));
   if (count == 1) return;
   fmt::print("\n");
   for (size_t m = 0; m < std::min(kShown, count); ++m)
@@ -151,8 +159,8 @@ void run(const Arguments& arguments) {
   if (arguments.self_intersections == "on") cgal::require("--self-intersections on");
   Progress progress(arguments.quiet);
   const EndAtOnce nothing_is_written;
-  const mesh::Scene scene =
-      read_mesh(arguments.input, progress, {.drop_non_finite = true, .format = arguments.format});
+  const mesh::Scene scene = read_mesh(arguments.input, progress,
+                                      {.drop_non_finite = true, .format = arguments.format, .clips = true});
   const Results results = look_at(arguments, scene, progress);
   progress.finish();
   print_notes(mesh::texts_of(scene.notes), arguments.quiet);
@@ -180,7 +188,9 @@ void add_mesh_info(Command mesh) {
   add_format_option(command, a.format);
   add_run_options(command, a, kSchema);
   command.footer(
-      "Each mesh of a file is inspected in its own space, and the results are added up.\n"
+      "Each mesh of a file is inspected in its own space, and the results are added up. The clips of a glTF, "
+      "its\n"
+      "animations, are listed for nif mesh convert --clip.\n"
       "Examples:\n"
       "  nif mesh info scan.ply\n"
       "  nif mesh info scan.ply --self-intersections on --json");

@@ -21,6 +21,7 @@ mesh::Scene read_mesh(const std::string& file, Progress& progress, const mesh::R
   progress.update(0, "reading " + shown_name(file));
   if (!limits.format.empty() || !is_vdb(file)) return mesh::read(file, limits);
   if (!limits.choice.empty()) throw Error(Status::usage, file + ": --only and --except are not for .vdb");
+  if (limits.moment) throw Error(Status::usage, file + ": --clip is not for .vdb");
   return read_vdb(file);
 }
 

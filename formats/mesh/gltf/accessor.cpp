@@ -337,4 +337,20 @@ std::vector<uint32_t> GltfData::indices(int index) const {
                             [type](const char* at, uint32_t& element) { element = decode_index(at, type); });
 }
 
+std::vector<float> GltfData::keys(int index, int components) const {
+  constexpr const char* kWhat = "keys of animations";
+  const int type = components == 1   ? TINYGLTF_TYPE_SCALAR
+                   : components == 3 ? TINYGLTF_TYPE_VEC3
+                                     : TINYGLTF_TYPE_VEC4;
+  if (find(input_, model_, index).type != type) fail_type(index, kWhat);
+  std::vector<float> all;
+  const auto add = [&](const auto& elements) {
+    for (const auto& element : elements) all.insert(all.end(), element.begin(), element.end());
+  };
+  if (components == 1) add(numbers<1>(index, 1, kWhat, UINT64_MAX));
+  if (components == 3) add(numbers<3>(index, 3, kWhat, UINT64_MAX));
+  if (components == 4) add(numbers<4>(index, 4, kWhat, UINT64_MAX));
+  return all;
+}
+
 }  // namespace nif::mesh::detail

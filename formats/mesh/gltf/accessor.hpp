@@ -36,6 +36,8 @@ class GltfData {
   std::vector<std::array<uint16_t, 4>> joints(int accessor) const;
   std::vector<std::array<float, 4>> weights(int accessor) const;
   std::vector<uint32_t> indices(int accessor) const;
+  /// Of animations: `components` numbers of each key, one, three or four.
+  std::vector<float> keys(int accessor, int components) const;
   std::vector<Affine> matrices(int accessor, uint64_t most) const;  ///< 4x4 floats, without the last row
 
   uint64_t count(int accessor) const;

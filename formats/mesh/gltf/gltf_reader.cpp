@@ -12,6 +12,7 @@
 #include "formats/mesh/far_from_origin.hpp"
 #include "formats/mesh/flat_meshes.hpp"
 #include "formats/mesh/gltf/accessor.hpp"
+#include "formats/mesh/gltf/clip.hpp"
 #include "formats/mesh/gltf/gltf_hierarchy.hpp"
 #include "formats/mesh/gltf/instancing.hpp"
 #include "formats/mesh/gltf/look.hpp"
@@ -299,10 +300,12 @@ std::vector<bool> used_materials(const tinygltf::Model& model, const GltfLook& l
 
 Scene read_gltf(const Input& input, std::vector<ExternalFile>& external) {
   GltfSource source = open_gltf(input, external);
-  const tinygltf::Model model = parse_model(input, source.json);
+  tinygltf::Model model = parse_model(input, source.json);
   const GltfData data(input, source, model);
   Scene scene;
   scene.notes = std::move(source.notes);
+  if (input.limits.clips) scene.clips = describe_clips(input, data, source.clips, scene.notes);
+  if (input.limits.moment) pose_nodes(input, data, source.clips, *input.limits.moment, model);
 
   if (input.limits.colors) add_materials(input, source.look, used_materials(model, source.look), data, scene);
 

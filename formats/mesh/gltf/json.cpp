@@ -265,6 +265,7 @@ GltfSource open_gltf(const Input& input, std::vector<ExternalFile>& external) {
   source.fixtures = read_fixtures(root);
   source.skins = read_skins(root);
   source.moving = read_moving_nodes(root);
+  if (input.limits.clips || input.limits.moment) source.clips = read_clips(root);
   source.surfaces = read_surfaces(root);
   if (input.limits.colors || input.limits.alpha.read) source.look = read_look(root);
   const json kept = reduced(root);

@@ -33,6 +33,27 @@ struct GltfSkin {
 /// All skins of a document. Throws only bad_alloc, whatever the document contains.
 std::vector<GltfSkin> read_skins(const nlohmann::json& root);
 
+/// What moves a property of a node.
+struct GltfChannel {
+  enum class Path : uint8_t { translation, rotation, scale, weights };
+  enum class Interpolation : uint8_t { linear, step, cubic_spline };
+
+  size_t node = 0;
+  Path path = Path::translation;
+  Interpolation interpolation = Interpolation::linear;
+  int times = -1, values = -1;  ///< accessors
+};
+
+struct GltfClip {
+  std::string name;
+  std::vector<GltfChannel> channels;
+  bool malformed = false;  ///< channels that move a node were left out, because they cannot be read
+};
+
+/// All animations of a document, with the channels that move or deform nodes, also by KHR_animation_pointer. Throws
+/// only bad_alloc, whatever the document contains.
+std::vector<GltfClip> read_clips(const nlohmann::json& root);
+
 /// The nodes that are targets of a document's animations, including those of KHR_animation_pointer, and those
 /// that its physics moves. Throws only bad_alloc, whatever the document contains.
 std::set<size_t> read_moving_nodes(const nlohmann::json& root);
@@ -101,6 +122,7 @@ struct GltfSource {
   std::vector<GltfFixture> fixtures;  ///< cameras and lights, by node
   std::vector<GltfSkin> skins;
   std::set<size_t> moving;            ///< numbers of nodes
+  std::vector<GltfClip> clips;        ///< with ReadLimits::clips or moment
   GltfLook look;                      ///< with ReadLimits::colors or alpha
   std::vector<GltfSurface> surfaces;  ///< [material]
   std::vector<Note> notes;
