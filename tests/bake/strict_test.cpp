@@ -173,6 +173,11 @@ std::map<NoteKind, mesh::Scene> examples() {
   all[NoteKind::volumes] = mesh::read("a.obj", kTriangle);
   all[NoteKind::volumes].notes.push_back({NoteKind::volumes, "a.vdb: a grid was left out"});
   all[NoteKind::bind_pose] = read(skinned(0));
+  Gltf moved = gltf_of(cube());
+  moved.json["animations"] = {
+      {{"samplers", {{{"input", 99}, {"output", 99}}}},
+       {"channels", {{{"sampler", 0}, {"target", {{"node", 0}, {"path", "scale"}}}}}}}};
+  all[NoteKind::clips] = mesh::read("a.glb", moved.glb(), {.clips = true});
   all[NoteKind::morphs] = with_morphs(false);
   return all;
 }
