@@ -1,3 +1,4 @@
+// docs/encodings/cutout.md, "Boxes around what blocks", derives why no rounding can put a point that blocks outside.
 #include "kernels/cpu/holes/blocking_boxes.hpp"
 
 #include <algorithm>
