@@ -37,6 +37,18 @@ class Shown : public testing::Test {
     gltf.json["scene"] = 0;
     return gltf;
   }
+  /// The same in its own size, of which the left half lets light through.
+  static Gltf half_open() {
+    Gltf gltf = two_nodes({1, 1, 1});
+    gltf.json["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = {1, 1, 1, 1};
+    json& primitive = gltf.json["meshes"][0]["primitives"][0];
+    primitive["material"] = 0;
+    std::vector<float> colors;
+    for (const mesh::Float3& corner : cube().positions)
+      colors.insert(colors.end(), {1, 1, 1, corner[0] > 0 ? 1.0f : 0.0f});
+    primitive["attributes"]["COLOR_0"] = gltf.accessor(raw(colors), 5126, "VEC4", colors.size() / 4);
+    return gltf;
+  }
   static json info(const std::string& asset) { return json::parse(nif({"info", asset, "--json"}).out); }
   static void expect_clean(const std::string& asset) {
     const Outcome outcome = nif({"validate", asset, "--json"});
@@ -172,15 +184,7 @@ TEST_F(Shown, WhatLetsLightThroughIsRecordedAndReadAlike) {
 }
 
 TEST_F(Shown, WhatHasHolesIsExactUnlessItIsAskedToBeOtherwise) {
-  Gltf gltf = two_nodes({1, 1, 1});
-  gltf.json["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = {1, 1, 1, 1};
-  json& primitive = gltf.json["meshes"][0]["primitives"][0];
-  primitive["material"] = 0;
-  std::vector<float> colors;  // the cube's left half lets light through
-  for (const mesh::Float3& corner : cube().positions)
-    colors.insert(colors.end(), {1, 1, 1, corner[0] > 0 ? 1.0f : 0.0f});
-  primitive["attributes"]["COLOR_0"] = gltf.accessor(raw(colors), 5126, "VEC4", colors.size() / 4);
-  const std::string mesh = write("half.glb", gltf), asset = path("half.nif");
+  const std::string mesh = write("half.glb", half_open()), asset = path("half.nif");
   const Outcome baked = bake(mesh, asset, {"--strict", "--no-merge"});
   ASSERT_EQ(baked.code, 0) << baked.err;
   EXPECT_NE(baked.out.find("is cutout: it has holes"), std::string::npos) << baked.out;
@@ -217,15 +221,7 @@ TEST_F(Shown, WhatHasHolesIsExactUnlessItIsAskedToBeOtherwise) {
 
 /// A scene for pictures: light passes holes, with an asset and without.
 TEST_F(Shown, PicturesHaveHolesWithoutAnAsset) {
-  Gltf gltf = two_nodes({1, 1, 1});
-  gltf.json["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = {1, 1, 1, 1};
-  json& primitive = gltf.json["meshes"][0]["primitives"][0];
-  primitive["material"] = 0;
-  std::vector<float> colors;
-  for (const mesh::Float3& corner : cube().positions)
-    colors.insert(colors.end(), {1, 1, 1, corner[0] > 0 ? 1.0f : 0.0f});
-  primitive["attributes"]["COLOR_0"] = gltf.accessor(raw(colors), 5126, "VEC4", colors.size() / 4);
-  const std::string mesh = write("half.glb", gltf);
+  const std::string mesh = write("half.glb", half_open());
   ASSERT_EQ(bake(mesh, path("half.nif")).code, 0);
   const std::string rest = "[ground]\n[[light]]\ntype = \"sun\"\ndirection = [0.5, 0.8, 0.6]\n[[camera]]\n";
   const auto picture = [&](const std::string& name, const std::string& object,
