@@ -12,24 +12,11 @@ namespace {
 
 using nlohmann::json;
 
-/// Returns 12 for "/nodes/12/translation".
-std::optional<size_t> node_of_pointer(std::string_view pointer) {
-  constexpr std::string_view kNodes = "/nodes/";
-  if (!pointer.starts_with(kNodes)) return std::nullopt;
-  pointer.remove_prefix(kNodes.size());
-  size_t node = 0;
-  const auto [end, error] = std::from_chars(pointer.data(), pointer.data() + pointer.size(), node);
-  return error == std::errc() ? std::optional(node) : std::nullopt;
-}
-
 std::optional<size_t> node_of_target(const json& target) {
   if (const json* node = member(target, "node"))
     return node->is_number_unsigned() ? std::optional(node->get<size_t>()) : std::nullopt;
-  const json* extensions = member(target, "extensions");
-  const json* by_pointer = extensions ? member(*extensions, "KHR_animation_pointer") : nullptr;
-  const json* pointer = by_pointer ? member(*by_pointer, "pointer") : nullptr;
-  if (!pointer || !pointer->is_string()) return std::nullopt;
-  return node_of_pointer(pointer->get_ref<const std::string&>());
+  const auto pointed = pointed_node(target);
+  return pointed ? std::optional(pointed->first) : std::nullopt;
 }
 
 void add_animated(const json& root, std::set<size_t>& nodes) {
@@ -58,6 +45,22 @@ bool is_moving_body(const json& node) {
 }
 
 }  // namespace
+
+std::optional<std::pair<size_t, std::string_view>> pointed_node(const json& target) {
+  const json* extensions = member(target, "extensions");
+  const json* by_pointer = extensions ? member(*extensions, "KHR_animation_pointer") : nullptr;
+  const json* pointer = by_pointer ? member(*by_pointer, "pointer") : nullptr;
+  if (!pointer || !pointer->is_string()) return std::nullopt;
+  constexpr std::string_view kNodes = "/nodes/";
+  std::string_view text = pointer->get_ref<const std::string&>();
+  if (!text.starts_with(kNodes)) return std::nullopt;
+  text.remove_prefix(kNodes.size());
+  size_t node = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), node);
+  if (error != std::errc()) return std::nullopt;
+  text.remove_prefix(size_t(end - text.data()));
+  return std::pair(node, text);
+}
 
 std::set<size_t> read_moving_nodes(const json& root) {
   std::set<size_t> moving;

@@ -51,19 +51,11 @@ bool read_target(const json& target, GltfChannel& channel) {
     channel.path = *known;
     return true;
   }
-  const json* extensions = member(target, "extensions");
-  const json* by_pointer = extensions ? member(*extensions, "KHR_animation_pointer") : nullptr;
-  const json* pointer = by_pointer ? member(*by_pointer, "pointer") : nullptr;
-  if (!pointer || !pointer->is_string()) return false;
-  // "/nodes/12/translation"
-  constexpr std::string_view kNodes = "/nodes/";
-  std::string_view text = pointer->get_ref<const std::string&>();
-  if (!text.starts_with(kNodes)) return false;
-  text.remove_prefix(kNodes.size());
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), channel.node);
-  text.remove_prefix(size_t(end - text.data()));
-  const std::optional<Path> known = text.starts_with('/') ? path_of(text.substr(1)) : std::nullopt;
-  if (error != std::errc() || !known) return false;
+  const auto pointed = pointed_node(target);
+  if (!pointed || !pointed->second.starts_with('/')) return false;
+  const std::optional<Path> known = path_of(pointed->second.substr(1));
+  if (!known) return false;
+  channel.node = pointed->first;
   channel.path = *known;
   return true;
 }

@@ -7,6 +7,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "formats/mesh/gltf/fixtures.hpp"
@@ -57,6 +58,10 @@ std::vector<GltfClip> read_clips(const nlohmann::json& root);
 /// The nodes that are targets of a document's animations, including those of KHR_animation_pointer, and those
 /// that its physics moves. Throws only bad_alloc, whatever the document contains.
 std::set<size_t> read_moving_nodes(const nlohmann::json& root);
+
+/// Where the target of a channel points by KHR_animation_pointer, if that is in a node: the node's number, and the rest of
+/// the pointer, such as "/translation", which lives as long as `target`.
+std::optional<std::pair<size_t, std::string_view>> pointed_node(const nlohmann::json& target);
 
 /// Null if `object` is not an object or has no such member.
 const nlohmann::json* member(const nlohmann::json& object, const char* name);
