@@ -2,6 +2,7 @@
 // Called as `nif-bake`, it runs `nif bake`.
 #include <cxxabi.h>
 #include <fmt/format.h>
+#include <tbb/cache_aligned_allocator.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -12,6 +13,7 @@
 #include <filesystem>
 #include <new>
 #include <span>
+#include <string_view>
 #include <typeinfo>
 
 #include "formats/base/printable.hpp"
@@ -127,6 +129,19 @@ int fail(Status status, const char* sentence, const char* defect = "") {
   return int(status);
 }
 
+/// TBB loads its allocator, by dlopen(), where it first allocates. glibc 2.36 crashes if memory runs out there, so
+/// this happens at the start.
+const bool tbb_is_loaded = [] {
+  tbb::cache_aligned_allocator<char> allocator;
+  allocator.deallocate(allocator.allocate(1), 1);
+  return true;
+}();
+
+/// TBB has no type for this.
+bool means_no_threads(const std::exception& error) {
+  return std::string_view(error.what()).starts_with("pthread_create has failed");
+}
+
 std::terminate_handler usual_end;
 
 /// Libraries may need memory where they must not throw, like nlohmann::json in its destructors.
@@ -159,6 +174,10 @@ int main(int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     return nif::tools::fail(Status::out_of_memory, "out of memory");
   } catch (const std::exception& error) {
+    if (nif::tools::means_no_threads(error))
+      return nif::tools::fail(
+          Status::out_of_memory,
+          "no more threads can be started: memory, or the limit of processes, has run out");
     return nif::tools::fail(Status::internal, error.what(), "internal error: ");
   }
 }

@@ -15,6 +15,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "formats/base/folder.hpp"
 #include "formats/base/status.hpp"
 #include "formats/base/temporaries.hpp"
 
@@ -111,11 +112,10 @@ void flush_folder(const std::string& file) {
 }  // namespace
 
 void remove_abandoned(const std::string& folder, const std::function<bool(const std::string&)>& which) {
-  std::error_code error;
-  fs::directory_iterator entry(folder.empty() ? "." : folder, error);
-  for (; !error && entry != fs::directory_iterator(); entry.increment(error))
-    if (const std::string target = target_of(entry->path().filename()); !target.empty() && which(target))
-      remove_if_abandoned(entry->path());
+  for_each_name(folder, [&](const std::string& name) {
+    if (const std::string target = target_of(name); !target.empty() && which(target))
+      remove_if_abandoned(fs::path(folder) / name);
+  });
 }
 
 bool is_written_in_place(const std::string& path) { return is_stream(path); }

@@ -91,6 +91,7 @@ ByteBuffer load_whole(const fs::path& file, uint64_t max_bytes, bool named) {
   }
 
   std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(name.c_str(), "rb"), &std::fclose);
+  if (!stream && errno == ENOMEM) throw std::bad_alloc();
   if (!stream) throw Error(Status::file_unreadable, name + ": cannot be opened: " + std::strerror(errno));
 
   const Condition before(stream.get());

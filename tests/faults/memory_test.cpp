@@ -41,7 +41,8 @@ class NoMemory : public testing::Test {
     return numbers;
   }
 
-  void expect_clean(const Command& command) const {
+  /// Also at each of the last allocations, when files are opened and written.
+  void expect_clean(const Command& command, uint64_t last = 0) const {
     const std::string old = read_bytes(command.target);
     const uint64_t count = allocations_of(command.arguments);
     const std::string whole = read_bytes(command.target);
@@ -52,7 +53,9 @@ class NoMemory : public testing::Test {
     restore();
     const std::map<std::string, std::string> before = files_in(folder_.path());
     int refused = 0, right = 0;
-    for (const uint64_t number : places(count)) {
+    std::vector<uint64_t> numbers = places(count);
+    for (uint64_t i = 0; i < last; ++i) numbers.push_back(count - i);
+    for (const uint64_t number : numbers) {
       for (const char* mode : {"once", "on"}) {
         SCOPED_TRACE(command.name + ": allocation " + std::to_string(number) + " " + mode);
         const Outcome outcome =
@@ -84,7 +87,7 @@ class NoMemory : public testing::Test {
 
 TEST_F(NoMemory, Bake) { expect_clean(commands_in(folder_)[0]); }
 TEST_F(NoMemory, Attach) { expect_clean(commands_in(folder_)[1]); }
-TEST_F(NoMemory, Convert) { expect_clean(commands_in(folder_)[2]); }
+TEST_F(NoMemory, Convert) { expect_clean(commands_in(folder_)[2], 120); }
 
 TEST_F(NoMemory, BakeOfAField) {
   const std::string mesh = folder_.write("torus.obj", obj_text(torus(24, 12)));

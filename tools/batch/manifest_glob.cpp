@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <set>
 
+#include "formats/base/folder.hpp"
 #include "formats/base/status.hpp"
 
 namespace nif::tools {
@@ -15,13 +16,11 @@ namespace {
 namespace fs = std::filesystem;
 
 std::vector<fs::directory_entry> entries_of(const fs::path& folder) {
-  std::error_code problem;
   std::vector<fs::directory_entry> entries;
-  fs::directory_iterator it(folder.empty() ? "." : folder, problem), end;
-  while (!problem && it != end) {
-    entries.push_back(*it);
-    it.increment(problem);
-  }
+  const std::error_code problem = for_each_name(folder, [&](const std::string& name) {
+    std::error_code ignored;
+    entries.emplace_back(folder / name, ignored);
+  });
   if (problem)
     throw Error(Status::file_unreadable, folder.string() + ": cannot be listed: " + problem.message());
   return entries;

@@ -17,6 +17,7 @@
 #include <optional>
 
 #include "bake/ground_truth/scene_truth.hpp"
+#include "formats/base/folder.hpp"
 #include "formats/base/json_text.hpp"
 #include "formats/base/output_file.hpp"
 #include "formats/base/quantities.hpp"
@@ -61,13 +62,12 @@ fs::path resolved(const std::string& folder) {
 
 /// The name of something in the folder that no export writes; nothing if there is no such thing.
 std::optional<std::string> foreign_in(const fs::path& folder) {
-  std::error_code error;
-  for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
-    const std::string name = at->path().filename().string();
-    if (!is_of_an_export(name) || !at->is_regular_file()) return name;
-  }
+  std::optional<std::string> foreign;
+  const std::error_code error = for_each_name(folder, [&](const std::string& name) {
+    if (!is_of_an_export(name) || !fs::is_regular_file(folder / name)) foreign = name;
+  });
   if (error) no_export(folder, error.message());
-  return std::nullopt;
+  return foreign;
 }
 
 bool has_race(const fs::path& folder) {
@@ -83,15 +83,15 @@ bool has_race(const fs::path& folder) {
 }
 
 /// Removes the files of an export, and the folder unless something else is in it.
-void remove_export(const fs::path& folder) noexcept {
+void remove_export(const fs::path& folder) noexcept try {
   std::error_code ignored;
-  for (fs::directory_iterator at(folder, ignored), end; !ignored && at != end; at.increment(ignored)) {
-    std::string name = at->path().filename().string();
-    name = name.substr(0, name.find(kUnfinished));  // OutputFile's own temporaries
-    std::error_code failed;
-    if (is_of_an_export(name)) fs::remove(at->path(), failed);
-  }
+  for_each_name(folder, [&](const std::string& name) {
+    // Without the ending of OutputFile's own temporaries.
+    if (is_of_an_export(name.substr(0, name.find(kUnfinished)))) fs::remove(folder / name, ignored);
+  });
   fs::remove(folder, ignored);
+} catch (const std::bad_alloc&) {
+  // The next export to this target removes it.
 }
 
 /// A locked folder beside the target, which commit() makes the target.
@@ -138,16 +138,14 @@ class ExportFolder {
   /// Folders of killed processes: their locks are free.
   void remove_unfinished() const {
     const std::string start = target_.filename().string() + kUnfinished;
-    std::error_code error;
-    for (fs::directory_iterator at(target_.parent_path(), error), end; !error && at != end;
-         at.increment(error)) {
-      const std::string name = at->path().filename().string();
-      if (!name.starts_with(start) || name.size() != start.size() + 8) continue;
-      const int fd = ::open(at->path().c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
-      if (fd < 0) continue;
-      if (::flock(fd, LOCK_EX | LOCK_NB) == 0) remove_export(at->path());
+    for_each_name(target_.parent_path(), [&](const std::string& name) {
+      if (!name.starts_with(start) || name.size() != start.size() + 8) return;
+      const fs::path folder = target_.parent_path() / name;
+      const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+      if (fd < 0) return;
+      if (::flock(fd, LOCK_EX | LOCK_NB) == 0) remove_export(folder);
       ::close(fd);
-    }
+    });
   }
 
   fs::path target_, path_;  ///< path_ is empty after commit()
