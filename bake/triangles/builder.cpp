@@ -14,6 +14,7 @@
 #include "formats/base/status.hpp"
 #include "formats/mesh/box.hpp"
 #include "formats/nif/triangles/pack.hpp"
+#include "kernels/reference/triangles/refit.hpp"
 
 namespace nif::bake {
 namespace {
@@ -88,18 +89,18 @@ class Topology {
 }  // namespace
 
 bool fits_bvh(std::span<const mesh::Float3> positions) {
-  // A quarter of the limit, because a frame may reach beyond its contents.
   return std::all_of(positions.begin(), positions.end(), [](const mesh::Float3& p) {
     return std::all_of(p.begin(), p.end(),
-                       [](float x) { return std::abs(x) <= kernels::kMaxBvhCoordinate / 4; });
+                       [](float x) { return std::abs(x) <= kernels::kMaxVertexCoordinate; });
   });
 }
 
 format::TrianglesData build_bvh(std::span<const mesh::Float3> positions,
-                                std::span<const mesh::Triangle> triangles, std::vector<uint32_t>* order) {
+                                std::span<const mesh::Triangle> triangles, std::vector<uint32_t>* order,
+                                std::vector<uint32_t>* sources) {
   Topology topology(positions, triangles);
   order_children(topology.root(), positions, triangles);
-  return format::pack_bvh(topology.root(), positions, triangles, order);
+  return format::pack_bvh(topology.root(), positions, triangles, order, sources);
 }
 
 }  // namespace nif::bake

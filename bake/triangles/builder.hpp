@@ -14,10 +14,11 @@ bool fits_bvh(std::span<const mesh::Float3> positions);
 
 /// Embree's builder decides which triangles belong together; boxes, their quantisation and all orders are
 /// computed here. The same mesh gives the same bytes, whatever the number of threads. fits_bvh() must hold.
-/// `order`, if not null, receives the index of each triangle of the object among `triangles`. Throws
-/// Error(out_of_memory) or Error(internal) with Embree's own message.
+/// `order`, if not null, receives the index of each triangle of the object among `triangles`, and `sources` that of each
+/// vertex among `positions`. Throws Error(out_of_memory) or Error(internal) with Embree's own message.
 format::TrianglesData build_bvh(std::span<const mesh::Float3> positions,
                                 std::span<const mesh::Triangle> triangles,
-                                std::vector<uint32_t>* order = nullptr);
+                                std::vector<uint32_t>* order = nullptr,
+                                std::vector<uint32_t>* sources = nullptr);
 
 }  // namespace nif::bake

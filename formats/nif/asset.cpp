@@ -81,6 +81,7 @@ Asset to_asset(const AssetView& view) {
   for (const NumbersView& from : view.numbers)
     asset.objects[from.object].numbers[from.kind] = to_numbers(from);
   for (const ColorsView& from : view.colors) asset.objects[from.object].colors = to_colors(from);
+  for (const SkinView& from : view.skins) asset.objects[from.object].skin = to_skin(from);
   for (const InstanceView& from : view.instances)
     asset.instances.push_back({std::string(from.name), from.object, from.transform, from.remainder, from.user,
                                from.mask, from.flags, from.parent});

@@ -30,6 +30,7 @@ struct Object : OfParts<PartsOfObject> {
   /// the object.
   std::map<uint32_t, Numbers> numbers;
   std::optional<Colors> colors;  ///< only with planes
+  std::optional<Skin> skin;      ///< only of `bvh` objects with kSourceVertices
 
   Bounds bounds() const { return {aabb_min, aabb_max}; }
 };

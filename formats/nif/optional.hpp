@@ -15,6 +15,7 @@
 #include "formats/nif/planes/colors_section.hpp"
 #include "formats/nif/spherical/primary_section.hpp"
 #include "formats/nif/triangles/numbers.hpp"
+#include "formats/nif/triangles/skin_section.hpp"
 
 namespace nif::format {
 
@@ -22,7 +23,7 @@ namespace nif::format {
 template <class Ask>
 constexpr void for_each_optional(const Ask& ask) {
   std::apply([&](const auto&... kind) { (ask(kind), ...); },
-             std::tuple<PrimaryRecords, NumbersRecords, ColorsRecords>());
+             std::tuple<PrimaryRecords, NumbersRecords, ColorsRecords, SkinRecords>());
 }
 
 }  // namespace nif::format

@@ -322,7 +322,8 @@ uint64_t bytes_of(const ObjectView& object) {
 uint64_t AssetView::view_bytes() const {
   uint64_t total = sections.capacity() * sizeof(SectionView) + objects.capacity() * sizeof(ObjectView) +
                    instances.capacity() * sizeof(InstanceView) + primaries.capacity() * sizeof(PrimaryView) +
-                   numbers.capacity() * sizeof(NumbersView) + colors.capacity() * sizeof(ColorsView);
+                   numbers.capacity() * sizeof(NumbersView) + colors.capacity() * sizeof(ColorsView) +
+                   skins.capacity() * sizeof(SkinView);
   total += mlps.capacity() * sizeof(MlpView) + decoded.view_bytes() +
            spherical_networks.capacity() * sizeof(SphericalNetworksView) +
            alpha_maps.capacity() * sizeof(kernels::AlphaMap);
@@ -349,6 +350,8 @@ const PrimaryView* AssetView::primary_of(uint32_t object) const { return view_of
 
 const ColorsView* AssetView::colors_of(uint32_t object) const { return view_of(colors, object); }
 
+const SkinView* AssetView::skin_of(uint32_t object) const { return view_of(skins, object); }
+
 const NumbersView* AssetView::numbers_of(uint32_t object, NumbersKind kind) const {
   const auto rank = [](const NumbersView& view) { return std::pair(view.object, view.kind); };
   const std::pair wanted(object, uint32_t{kind});
@@ -374,7 +377,7 @@ kernels::HitDetails hit_details(const AssetView& asset, uint32_t object) {
 
 FileParts bytes_by_part(const AssetView& asset) {
   FileParts parts;
-  uint64_t networks = 0, primaries = 0, sources = 0, numbers = 0, colors = 0;
+  uint64_t networks = 0, primaries = 0, sources = 0, numbers = 0, colors = 0, skins = 0;
   for_each_part([&]<class Part>(Part) {
     using View = typename Part::View;
     for (const PartBytes& part : View().parts()) parts.add(part);
@@ -393,6 +396,8 @@ FileParts bytes_by_part(const AssetView& asset) {
   parts.add({"numbers", numbers});
   for (const ColorsView& one : asset.colors) colors += one.bytes();
   parts.add({"colors", colors});
+  for (const SkinView& one : asset.skins) skins += one.bytes();
+  parts.add({"skin", skins});
   return parts;
 }
 
@@ -415,6 +420,7 @@ void AssetView::drop_bytes() {
   sections = std::pmr::vector<SectionView>(sections.get_allocator());
   numbers.clear();
   colors.clear();
+  skins.clear();
   bytes = {};
 }
 

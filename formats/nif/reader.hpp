@@ -97,6 +97,7 @@ struct AssetView {
         primaries(memory),
         numbers(memory),
         colors(memory),
+        skins(memory),
         parts(std::allocator_arg, memory),
         decoded(memory) {}
 
@@ -115,6 +116,7 @@ struct AssetView {
   std::pmr::vector<PrimaryView> primaries;  ///< in the order of their objects
   std::pmr::vector<NumbersView> numbers;    ///< likewise, then of their kinds
   std::pmr::vector<ColorsView> colors;      ///< likewise
+  std::pmr::vector<SkinView> skins;         ///< likewise
   OfParts<PartViews> parts;                 ///< of each part, in the order of objects
   DecodedPayloads decoded;                  ///< what parts point to if the file is coded
 
@@ -134,6 +136,7 @@ struct AssetView {
   const PrimaryView* primary_of(uint32_t object) const;
   const NumbersView* numbers_of(uint32_t object, NumbersKind kind) const;
   const ColorsView* colors_of(uint32_t object) const;
+  const SkinView* skin_of(uint32_t object) const;
   /// MLPs, then pairs of networks of `spherical` objects.
   uint32_t network_count() const { return uint32_t(mlps.size() + spherical_networks.size()); }
   /// Index of the object's network among these; 0 if it has none.
@@ -148,10 +151,10 @@ kernels::HitDetails hit_details(const AssetView& asset, uint32_t object);
 template <class... Part>
 struct PartCountOf {
   static constexpr size_t kCount =
-      (std::tuple_size_v<decltype(std::declval<typename Part::View>().parts())> + ... + 6);
+      (std::tuple_size_v<decltype(std::declval<typename Part::View>().parts())> + ... + 7);
 };
 /// The bytes of all objects together, payload by payload: those of every part, even if no object has it, then
-/// "network", "alpha_maps", "primary", "source_triangles", "numbers" (the other ones) and "colors". Without records, names, metadata and padding.
+/// "network", "alpha_maps", "primary", "source_triangles", "numbers" (the other ones), "colors" and "skin". Without records, names, metadata and padding.
 class FileParts {
  public:
   static constexpr size_t kMost = OfParts<PartCountOf>::kCount;

@@ -15,6 +15,7 @@ struct KernelOptions {
   SharedCopies& copies;                             ///< of the object's asset; must outlive the kernel
   size_t most_without_bricks = kMostWithoutBricks;  ///< as for TraversalGrid
   size_t most_decoded = kMostDecoded;               ///< as for decode()
+  bool moves = false;                               ///< ObjectKernel::move() will be called
 };
 
 }  // namespace nif::kernels::cpu

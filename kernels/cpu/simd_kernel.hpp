@@ -13,6 +13,8 @@ struct SimdFunctions {
   void (*intersect)(const Packed&, const SegmentBatch&, const float* limit, HitBatch&, void* scratch);
   /// If null, ObjectKernel's own.
   void (*prove)(const Packed&, const SegmentBatch&, AnswerBatch&, OpenBatch&, void* scratch) = nullptr;
+  /// If null, the field does not move.
+  void (*move)(Packed&, const MovedTriangles&) = nullptr;
 };
 
 /// Packed: may have `built_bytes()` and `reads_field`, which mean what ObjectKernel's do.
@@ -36,6 +38,13 @@ class SimdKernel final : public ObjectKernel {
   void intersect(const SegmentBatch& batch, const float* limit, HitBatch& hits,
                  void* scratch) const override {
     functions_.intersect(packed_, batch, limit, hits, scratch);
+  }
+  void move(const MovedTriangles& moved) override {
+    if (functions_.move != nullptr) functions_.move(packed_, moved);
+  }
+  bool reads_nodes() const override {
+    if constexpr (requires { packed_.reads_nodes(); }) return packed_.reads_nodes();
+    return true;
   }
   BuiltBytes built_bytes() const override {
     if constexpr (requires { packed_.built_bytes(); }) return packed_.built_bytes();

@@ -6,6 +6,7 @@
 #include "kernels/reference/batch.hpp"
 #include "kernels/reference/object_kernel.hpp"
 #include "kernels/reference/planes/prove_one.hpp"
+#include "kernels/reference/triangles/refit.hpp"
 
 namespace nif::kernels {
 
@@ -35,6 +36,9 @@ class ReferenceKernel final : public ObjectKernel {
     } else {
       ObjectKernel::prove(batch, answers, open, scratch);
     }
+  }
+  void move(const MovedTriangles& moved) override {
+    if constexpr (std::same_as<Field, TrianglesField>) field_ = moved.field;
   }
   void intersect(const SegmentBatch& batch, const float* limit, HitBatch& hits, void*) const override {
     intersect_each(batch, limit, hits, [&](const Segment& segment, float nearest) {

@@ -57,6 +57,8 @@ struct BuiltBytes {
   size_t decoded_triangles = 0;  ///< kernels/cpu/triangles/decoded_tree.hpp
 };
 
+struct MovedTriangles;
+
 class ObjectKernel {
  public:
   virtual ~ObjectKernel() = default;
@@ -74,6 +76,11 @@ class ObjectKernel {
   /// [batch.count] is described at intersect().
   virtual void intersect(const SegmentBatch& batch, const float* limit, HitBatch& hits,
                          void* scratch) const = 0;
+  /// Asks about other corners from now on: the triangles of a `bvh` object have moved. Not while another thread uses the
+  /// kernel. Allocates nothing. Only for kernels that were made of a field of triangles, to be moved.
+  virtual void move(const MovedTriangles&) {}
+  /// Whether move() and queries read nodes and vertices of the field.
+  virtual bool reads_nodes() const { return true; }
   virtual BuiltBytes built_bytes() const { return {}; }
   /// Whether the kernel reads the field's memory, which must then stay valid.
   virtual bool reads_field() const { return true; }

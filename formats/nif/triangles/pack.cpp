@@ -3,12 +3,12 @@
 #include "formats/nif/triangles/pack.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
 #include <limits>
 #include <utility>
 
 #include "formats/base/status.hpp"
+#include "kernels/reference/triangles/refit.hpp"
 
 namespace nif::format {
 namespace {
@@ -21,8 +21,12 @@ using Triangle = std::array<uint32_t, 3>;
 class Packer {
  public:
   Packer(std::span<const Position> positions, std::span<const Triangle> triangles,
-         std::vector<uint32_t>* order)
-      : positions_(positions), triangles_(triangles), order_(order), copies_(positions.size(), kNone) {}
+         std::vector<uint32_t>* order, std::vector<uint32_t>* sources)
+      : positions_(positions),
+        triangles_(triangles),
+        order_(order),
+        sources_(sources),
+        copies_(positions.size(), kNone) {}
 
   TrianglesData pack(BvhBranch& root) {
     measure(root);
@@ -66,7 +70,7 @@ class Packer {
     BvhNode node{};
     double scale[3];
     for (size_t a = 0; a < 3; ++a)
-      node.frame[a] = make_frame(double(branch.low[a]), double(branch.high[a]), scale[a]);
+      node.frame[a] = kernels::fit_frame(double(branch.low[a]), double(branch.high[a]), scale[a]);
     uint32_t inner = 0, triangles = 0;
     for (uint32_t s = 0; s < branch.child_count; ++s) {
       const BvhBranch& child = *branch.children[s];
@@ -74,9 +78,10 @@ class Packer {
                                             : kernels::make_slot(child.triangle_count, triangles);
       triangles += child.triangle_count;
       for (size_t a = 0; a < 3; ++a) {
-        const double base = kernels::frame_base(node.frame[a]);
-        node.low[a][s] = uint8_t(std::floor(double(child.low[a]) / scale[a]) - base);
-        node.high[a][s] = uint8_t(std::ceil(double(child.high[a]) / scale[a]) - base);
+        const kernels::FrameSteps steps =
+            kernels::steps_in(node.frame[a], scale[a], double(child.low[a]), double(child.high[a]));
+        node.low[a][s] = steps.low;
+        node.high[a][s] = steps.high;
       }
     }
     node.first_node = inner > 0 ? uint32_t(bvh_.nodes.size()) : 0;
@@ -87,19 +92,6 @@ class Packer {
     for (uint32_t s = 0, rank = 0; s < branch.child_count; ++s)
       if (branch.children[s]->child_count > 0)
         pack_node(*branch.children[s], node.first_node + rank++, depth + 1);
-  }
-
-  /// The finest frame in which the interval has at most 255 steps and its ends have 24 bits. For an interval
-  /// within it the frame is no coarser, so that boxes stay nested when they are rounded outwards.
-  static uint32_t make_frame(double low, double high, double& scale) {
-    int exponent =
-        std::ilogb(std::max({high - low, std::abs(low) * 0x1p-16, std::abs(high) * 0x1p-16, 0x1p-80})) - 8;
-    for (;; ++exponent) {
-      scale = std::ldexp(1.0, exponent);
-      const double base = std::floor(low / scale), end = std::ceil(high / scale);
-      if (base < -0x1p23 || end >= 0x1p23 || end - base > 255) continue;
-      return uint32_t(exponent + 127) | uint32_t(int32_t(base)) << 8;
-    }
   }
 
   /// Appends the triangles of a node's leaves, with those of their vertices that are not among the last ones;
@@ -125,6 +117,7 @@ class Packer {
       if (copies_[v] != kNone && copies_[v] >= first) continue;
       copies_[v] = uint32_t(bvh_.vertices.size());
       bvh_.vertices.push_back(positions_[v]);
+      if (sources_) sources_->push_back(v);
     }
     for (uint32_t s = 0; s < branch.child_count; ++s) {
       const BvhBranch& leaf = *branch.children[s];
@@ -140,7 +133,7 @@ class Packer {
 
   std::span<const Position> positions_;
   std::span<const Triangle> triangles_;
-  std::vector<uint32_t>* order_;
+  std::vector<uint32_t>*order_, *sources_;
   std::vector<uint32_t> copies_;  ///< by position: where its latest copy is
   TrianglesData bvh_;
 };
@@ -148,9 +141,11 @@ class Packer {
 }  // namespace
 
 TrianglesData pack_bvh(BvhBranch& root, std::span<const Position> positions,
-                       std::span<const Triangle> triangles, std::vector<uint32_t>* order) {
+                       std::span<const Triangle> triangles, std::vector<uint32_t>* order,
+                       std::vector<uint32_t>* sources) {
   if (order) order->clear();
-  return Packer(positions, triangles, order).pack(root);
+  if (sources) sources->clear();
+  return Packer(positions, triangles, order, sources).pack(root);
 }
 
 }  // namespace nif::format

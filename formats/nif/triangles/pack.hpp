@@ -22,10 +22,10 @@ struct BvhBranch {
 
 /// Packs the tree as a file stores it: nodes and triangles in preorder, boxes rounded outwards, vertices in
 /// the order of use. Coordinates must be at most kMaxBvhCoordinate / 4. `order`, if not null, receives the
-/// index of each triangle of the object among `triangles`. Throws Error(internal) if the tree is deeper than
-/// kMaxBvhDepth.
+/// index of each triangle of the object among `triangles`, and `sources` that of each vertex among `positions`.
+/// Throws Error(internal) if the tree is deeper than kMaxBvhDepth.
 TrianglesData pack_bvh(BvhBranch& root, std::span<const std::array<float, 3>> positions,
                        std::span<const std::array<uint32_t, 3>> triangles,
-                       std::vector<uint32_t>* order = nullptr);
+                       std::vector<uint32_t>* order = nullptr, std::vector<uint32_t>* sources = nullptr);
 
 }  // namespace nif::format

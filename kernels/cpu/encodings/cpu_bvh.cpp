@@ -17,6 +17,7 @@
 
 // For a single lane there is the reference.
 #if HWY_TARGET != HWY_SCALAR
+#include "kernels/cpu/triangles/refit-inl.hpp"
 #include "kernels/cpu/triangles/traverse-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -45,7 +46,8 @@ void intersect_bvh(const BvhTree& tree, const SegmentBatch& batch, const float* 
   traverse_whole_to_hits(tree, batch, limit, hits, s.ends, s.hits);
 }
 
-constexpr SimdFunctions<BvhTree> kBvhFunctions = {.answer = answer_bvh, .intersect = intersect_bvh};
+constexpr SimdFunctions<BvhTree> kBvhFunctions = {
+    .answer = answer_bvh, .intersect = intersect_bvh, .move = move_bvh};
 
 }  // namespace nif::kernels::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

@@ -114,8 +114,10 @@ struct Large {
 /// The tree of the file without its large triangles, and with boxes around what blocks light of the others.
 class RestOfTree {
  public:
-  RestOfTree(const TrianglesField& field, const BlockingBoxes* holes, std::pmr::memory_resource* memory)
+  RestOfTree(const TrianglesField& field, const BlockingBoxes* holes, bool moves,
+             std::pmr::memory_resource* memory)
       : field_(field), holes_(holes), changed_(memory) {
+    if (moves) return;
     Box whole{};
     const Items root = items_of(0);
     for (uint32_t i = 0; i < root.count; ++i)
@@ -345,9 +347,9 @@ uint32_t far_to_near(const Items& all, uint32_t signs) {
 /// Builds the decoded nodes from the root on, each after its parent.
 class Decoder {
  public:
-  Decoder(const TrianglesField& field, const BlockingBoxes* holes, size_t most_bytes,
+  Decoder(const TrianglesField& field, const BlockingBoxes* holes, bool moves, size_t most_bytes,
           std::pmr::memory_resource* memory)
-      : tree_(field, holes, memory),
+      : tree_(field, holes, moves, memory),
         most_bytes_(most_bytes),
         nodes_(memory),
         leaves_(memory),
@@ -452,12 +454,12 @@ class Decoder {
 }  // namespace
 
 DecodedTree decode(const TrianglesField& field, size_t most_bytes, std::pmr::memory_resource* memory,
-                   const BlockingBoxes* holes) {
+                   const BlockingBoxes* holes, bool moves) {
   // Numbers of nodes and of triangles in leaves take 32 bits.
   most_bytes = size_t(std::min<uint64_t>(most_bytes, uint64_t{1} << 32));
   // The size is not known before.
   if (least_decoded_bytes(field.triangle_count) > most_bytes) return {};
-  return Decoder(field, holes, most_bytes, memory).run();
+  return Decoder(field, holes, moves, most_bytes, memory).run();
 }
 
 }  // namespace nif::kernels::cpu

@@ -92,8 +92,8 @@ inline constexpr uint64_t least_decoded_bytes(uint64_t triangles) {
 }
 
 /// Decodes an object if that takes at most `most_bytes`, else returns an empty tree. `holes`: null if there are none.
-/// Triangles with holes are not large.
+/// Triangles with holes are not large. `moves`: no triangle is large, because any may become so.
 DecodedTree decode(const TrianglesField& field, size_t most_bytes, std::pmr::memory_resource* memory,
-                   const BlockingBoxes* holes = nullptr);
+                   const BlockingBoxes* holes = nullptr, bool moves = false);
 
 }  // namespace nif::kernels::cpu

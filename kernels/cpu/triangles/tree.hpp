@@ -5,11 +5,15 @@
 
 #include "kernels/cpu/kernel_options.hpp"
 #include "kernels/cpu/triangles/decoded_tree.hpp"
+#include "kernels/reference/triangles/refit.hpp"
 
 namespace nif::kernels::cpu {
 
 struct BvhTree {
-  BuiltBytes built_bytes() const { return {.decoded_triangles = decoded.bytes()}; }
+  BuiltBytes built_bytes() const {
+    return {.decoded_triangles = decoded.bytes() + boxes.capacity() * sizeof(VertexBox)};
+  }
+  bool reads_nodes() const { return decoded.nodes.empty(); }
 
   TrianglesField field;
   DecodedTree decoded;  ///< empty if the object is too large
@@ -19,21 +23,13 @@ struct BvhTree {
   // The root's slots.
   uint32_t inner = 0, leaves = 0;                         ///< bits by slot
   float low[kBvhWidth][3] = {}, high[kBvhWidth][3] = {};  ///< of the slots in use, which come first
+  std::pmr::vector<VertexBox> boxes{};                    ///< room for move(): one for each decoded node
 };
 
-/// Decodes the field if `options` allow it. `holes`: null if the triangles have none.
-inline BvhTree tree_of(const TrianglesField& field, [[maybe_unused]] const KernelOptions& options,
-                       [[maybe_unused]] const HolesField* holes = nullptr) {
-#ifdef NIF_DECODES
-  BvhTree tree{field, {}, field.extent};
-  if (least_decoded_bytes(field.triangle_count) <= options.most_decoded) {
-    std::optional<BlockingBoxes> boxes;
-    if (holes != nullptr) boxes.emplace(*holes, options.copies, options.memory);
-    tree.decoded = decode(field, options.most_decoded, options.memory, boxes ? &*boxes : nullptr);
-  }
-#else
-  BvhTree tree{field, {}, field.extent};
-#endif
+/// Sets what a tree says of its root, and how far it reaches.
+inline void describe_root(BvhTree& tree) {
+  const TrianglesField& field = tree.field;
+  tree.inner = tree.leaves = 0;
 #ifdef NIF_DECODES
   if (!tree.decoded.nodes.empty()) {
     // Often a third of the extent. Not far below it, so that nothing underflows that did not before.
@@ -46,9 +42,10 @@ inline BvhTree tree_of(const TrianglesField& field, [[maybe_unused]] const Kerne
         tree.high[s][a] = root.high[a][s];
       }
     }
-    return tree;
+    return;
   }
 #endif
+  tree.reach = field.extent;
   for (uint32_t i = 0; i < field.node_count; ++i) tree.reach = max_of(bvh_extent(field.nodes[i]), tree.reach);
   const BvhNode& root = field.nodes[0];
   for (uint32_t s = 0; s < kBvhWidth && root.slots[s] != 0; ++s) {
@@ -58,6 +55,23 @@ inline BvhTree tree_of(const TrianglesField& field, [[maybe_unused]] const Kerne
       tree.high[s][a] = frame_plane(root.frame[a], root.high[a][s]);
     }
   }
+}
+
+/// Decodes the field if `options` allow it. `holes`: null if the triangles have none.
+inline BvhTree tree_of(const TrianglesField& field, [[maybe_unused]] const KernelOptions& options,
+                       [[maybe_unused]] const HolesField* holes = nullptr) {
+  BvhTree tree{field, {}, field.extent};
+#ifdef NIF_DECODES
+  if (least_decoded_bytes(field.triangle_count) <= options.most_decoded) {
+    std::optional<BlockingBoxes> boxes;
+    if (holes != nullptr) boxes.emplace(*holes, options.copies, options.memory);
+    tree.decoded =
+        decode(field, options.most_decoded, options.memory, boxes ? &*boxes : nullptr, options.moves);
+  }
+  if (options.moves)
+    tree.boxes = std::pmr::vector<VertexBox>(tree.decoded.nodes.size(), VertexBox(), options.memory);
+#endif
+  describe_root(tree);
   return tree;
 }
 

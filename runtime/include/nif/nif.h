@@ -337,6 +337,12 @@ typedef struct NifObjectInfo {
   /* Why this library cannot answer the object: it belongs to a later version of the format. Then encoding is
    * 0, and placing the object gives NIF_ERROR_UNSUPPORTED_NIF. "" for all others. */
   const char* unsupported;
+  /* Vertices of the source mesh, if instances of the object can bend (nif bake --deforms): as many as
+   * nifSetInstanceVertices takes. 0: they cannot. */
+  uint32_t vertices;
+  uint32_t joints;  /* of its skin, as nifPoseInstance takes them; 0: it has none */
+  uint32_t targets; /* morph targets, likewise */
+  uint32_t reserved;
 } NifObjectInfo;
 
 /* Describes one object: object = 0 .. object_count - 1. Allocates nothing. */
@@ -427,6 +433,38 @@ NIF_API NifError nifSetInstanceFlags(NifScene scene, uint32_t instance, uint32_t
 
 /* Sets a value for the caller's use, which hits return (NifHits.user), e.g. an entity's number or address. */
 NIF_API NifError nifSetInstanceUser(NifScene scene, uint32_t instance, uint64_t user);
+
+/* Gives one instance vertices of its own, in object space, in the order of the source mesh: for each vertex v
+ * below NifObjectInfo.vertices, the three floats at (const char*)positions + v * stride. Null: the vertices at
+ * rest. They are copied, and take effect at the next commit, which fits the instance's boxes to them. The answers
+ * are exact for these positions, as those of its object are at rest. Positions must be finite and at most 2^59;
+ * those of vertices that no triangle has are not read. If one is not, the call gives NIF_ERROR_INVALID_ARGUMENT, and
+ * the instance keeps the vertices that it had. An object that was not baked with --deforms gives
+ * NIF_ERROR_INVALID_OPERATION.
+ *
+ * The first such call for an instance allocates its tree: about 100 bytes a triangle. Later ones, and the commits
+ * after them, allocate nothing, except with a GPU, to which the commit copies the instance. */
+NIF_API NifError nifSetInstanceVertices(NifScene scene, uint32_t instance, const float* positions,
+                                        uint64_t stride);
+
+/* The pose of a skin. */
+typedef struct NifPose {
+  uint64_t struct_size;
+  /* [joint_count][12] row-major 3x4 matrices, as in nifAddInstance, from the mesh in its bind pose to the object's
+   * space: of a glTF, the inverse of the mesh's own world matrix times the joint's world matrix times its inverse bind
+   * matrix. */
+  const float* joints;
+  /* [target_count] weights of the morph targets. Null, with target_count 0: all are 0. */
+  const float* weights;
+  uint32_t joint_count; /* NifObjectInfo.joints */
+  uint32_t target_count; /* NifObjectInfo.targets, or 0 */
+} NifPose;
+
+/* Moves the vertices of one instance by the skin of its object: first by morph targets, then by the weighted mean of
+ * its joints' matrices. Otherwise like nifSetInstanceVertices. docs/answers.md has the order of operations: the same
+ * pose gives the same bits everywhere. An object without a skin, other numbers of joints or targets, values that are
+ * not finite, and poses that could move a vertex beyond 2^59, give NIF_ERROR_INVALID_ARGUMENT. */
+NIF_API NifError nifPoseInstance(NifScene scene, uint32_t instance, const NifPose* pose);
 
 typedef struct NifInstanceInfo {
   uint64_t struct_size;

@@ -312,6 +312,23 @@ NifError nifSetInstanceUser(NifScene scene, uint32_t instance, uint64_t user) {
   return guarded([&] { set_user(get(scene), instance, user); });
 }
 
+NifError nifSetInstanceVertices(NifScene scene, uint32_t instance, const float* positions, uint64_t stride) {
+  return guarded([&] {
+    auto& the_scene = get(scene);
+    const FloatEnvironment environment;
+    set_vertices(the_scene, instance, positions, stride);
+  });
+}
+
+NifError nifPoseInstance(NifScene scene, uint32_t instance, const NifPose* new_pose) {
+  return guarded([&] {
+    auto& the_scene = get(scene);
+    const NifPose own = read_structure(new_pose, "pose");
+    const FloatEnvironment environment;
+    pose(the_scene, instance, own);
+  });
+}
+
 NifError nifGetInstanceInfo(NifScene scene, uint32_t instance, NifInstanceInfo* info) {
   return guarded([&] {
     NifInstanceInfo about = describe_instance(get(scene), instance);

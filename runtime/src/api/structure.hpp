@@ -54,6 +54,8 @@ inline constexpr uint64_t kFirstSize<NifAssetInstanceInfo> = on_64_bits<NifAsset
 template <>
 inline constexpr uint64_t kFirstSize<NifInstanceInfo> = on_64_bits<NifInstanceInfo>(112);
 template <>
+inline constexpr uint64_t kFirstSize<NifPose> = on_64_bits<NifPose>(32);
+template <>
 inline constexpr uint64_t kFirstSize<NifSceneInfo> = on_64_bits<NifSceneInfo>(80);
 
 /// Checks `size`, and returns it as a size_t.

@@ -83,6 +83,31 @@ void Gpu::upload(NifSceneObject& scene) {
   for (const HeldAsset& held : scene.assets)
     for (uint32_t i = 0; i < held.asset->view.objects.size(); ++i)
       objects[held.first_object + i] = {held.asset->on_gpu, i};
+  // Queries that are under way may read what bent instances had until now.
+  struct Bent {
+    Gpu& gpu;
+    std::pmr::vector<GpuAsset*> old;
+    ~Bent() {
+      for (GpuAsset* one : old) gpu.module_.free_asset(gpu.device_, one);
+    }
+  } bent{*this, std::pmr::vector<GpuAsset*>(memory)};
+  bent.old.reserve(scene.bent.size());
+  for (const BentInstance& one : scene.bent) {
+    if (one.instance == kernels::kNoInstance) {
+      objects[one.object] = objects[one.source];
+      continue;
+    }
+    const PlacedObject& object = scene.objects[one.object];
+    const kernels::AnyField field(*object.bent);
+    GpuMessage message;
+    GpuAsset* moved = nullptr;
+    uint64_t bytes = 0;
+    check(*scene.device.get(),
+          module_.upload_asset(device_, &field, &object.details, 1, &moved, &bytes, &message), message);
+    if (one.own->on_gpu) bent.old.push_back(one.own->on_gpu);
+    one.own->on_gpu = moved;
+    objects[one.object] = {moved, 0};
+  }
   const std::span<const Node> nodes = scene.hierarchy.nodes();
   std::pmr::vector<uint64_t> users(memory);
   const auto has_user = [](const InstanceSettings& settings) { return settings.user != 0; };
@@ -103,6 +128,7 @@ void Gpu::upload(NifSceneObject& scene) {
 }
 
 void Gpu::free(NifAssetObject& asset) noexcept { module_.free_asset(device_, asset.on_gpu); }
+void Gpu::free(BentObject& bent) noexcept { module_.free_asset(device_, bent.on_gpu); }
 void Gpu::free(NifSceneObject& scene) noexcept { module_.free_scene(device_, scene.on_gpu); }
 
 void Gpu::query(NifSceneObject& scene, const NifRays& rays, const NifAnswers& answers) {

@@ -19,6 +19,7 @@ struct NifSceneObject;
 namespace nif::runtime {
 
 struct Request;
+class BentObject;
 
 /// A GPU that a device uses.
 class Gpu {
@@ -41,6 +42,7 @@ class Gpu {
   void upload(NifSceneObject& scene);
   void free(NifAssetObject& asset) noexcept;
   void free(NifSceneObject& scene) noexcept;
+  void free(BentObject& bent) noexcept;
   void query(NifSceneObject& scene, const NifRays& rays, const NifAnswers& answers);
   void query_open(NifSceneObject& scene, const NifRays& rays, const NifAnswers& answers,
                   const NifOpenRays& open);

@@ -46,6 +46,9 @@ Float4 each(Float4 a, Float4 b, Operation operation) {
   for (int i = 0; i < 4; ++i) result.lane[i] = operation(a.lane[i], b.lane[i]);
   return result;
 }
+inline Float4 operator+(Float4 a, Float4 b) {
+  return each(a, b, [](float x, float y) { return x + y; });
+}
 inline Float4 operator-(Float4 a, Float4 b) {
   return each(a, b, [](float x, float y) { return x - y; });
 }

@@ -28,6 +28,13 @@ void NifAssetObject::drop_bytes() {
   memory = nif::format::FileMemory::borrow({});
 }
 
+const nif::runtime::BendingObject& NifAssetObject::bending(uint32_t object) {
+  const std::lock_guard lock(bending_made_);
+  const auto at = bending_.find(object);
+  if (at != bending_.end()) return at->second;
+  return bending_.try_emplace(object, view, object, device->memory()).first->second;
+}
+
 namespace nif::runtime {
 
 namespace {
@@ -214,6 +221,12 @@ NifObjectInfo describe_object(const NifAssetObject& asset, uint32_t object) {
       if (kind == format::kSourceTriangles)
         info.source_triangles = numbers->below ? numbers->below : 0xffffffffu;  // 0 stands for 2^32
     }
+  info.vertices = uint32_t(bending_vertices(asset.view, object));
+  if (const auto* skin = asset.view.skin_of(object)) {
+    info.resident_bytes += skin->bytes();
+    info.joints = skin->field.joint_count;
+    info.targets = skin->field.target_count;
+  }
   if (const auto* colors = asset.view.colors_of(object)) {
     info.resident_bytes += colors->bytes();
     info.colors = 1;

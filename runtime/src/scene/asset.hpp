@@ -4,11 +4,14 @@
 
 #include <array>
 #include <atomic>
+#include <map>
+#include <mutex>
 #include <string>
 
 #include "api/device.hpp"
 #include "formats/nif/file_memory.hpp"
 #include "formats/nif/reader.hpp"
+#include "scene/bending.hpp"
 #include "scene/kernel.hpp"
 
 struct NifAssetObject : nif::runtime::Object {
@@ -20,7 +23,8 @@ struct NifAssetObject : nif::runtime::Object {
         texts(owner->memory()),
         copies(owner->memory()),
         kernels(owner->memory()),
-        file_bytes(memory.bytes().size()) {
+        file_bytes(memory.bytes().size()),
+        bending_(owner->memory()) {
     const nif::format::FileParts parts = nif::format::bytes_by_part(view);
     for (size_t i = 0; i < parts.size(); ++i) file_parts[i] = parts[i].bytes;
     kernels.reserve(view.objects.size());
@@ -54,11 +58,17 @@ struct NifAssetObject : nif::runtime::Object {
   uint64_t file_bytes;
   /// The file's bytes_by_part(), kept even if the file's bytes are freed.
   std::array<uint64_t, nif::format::FileParts::kMost> file_parts;
+  /// What instances of an object share that bend: made for the first one. Thread-safe.
+  const nif::runtime::BendingObject& bending(uint32_t object);
+
   nif::runtime::GpuAsset* on_gpu = nullptr;  ///< set once a scene with the asset was committed
   std::atomic<uint64_t> gpu_bytes = 0;
 
  private:
   void drop_bytes();
+
+  std::mutex bending_made_;
+  std::pmr::map<uint32_t, nif::runtime::BendingObject> bending_;
 };
 
 namespace nif::runtime {

@@ -50,9 +50,8 @@ NIF_COMPUTES Placement combine(const Transform& second, const Placement& first) 
   return result;
 }
 
-NIF_COMPUTES kernels::WorldBox world_box(const format::ObjectView& object, const Placement& placement) {
-  return kernels::world_box(object_box(field_of(object)), placement.to_world.data(),
-                            placement.remainder.data());
+NIF_COMPUTES kernels::WorldBox world_box(const kernels::ObjectBox& object, const Placement& placement) {
+  return kernels::world_box(object, placement.to_world.data(), placement.remainder.data());
 }
 
 kernels::WorldBox empty_box() {

@@ -22,6 +22,8 @@ struct PlacedObject {
   float reach_scale;  ///< kernels::reach_scale()
   uint32_t number;    ///< the object's number in its asset
   kernels::HitDetails details;
+  /// Of an instance that bends: its triangles, which `view` has at rest. Null for others.
+  const kernels::TrianglesField* bent = nullptr;
 };
 
 using Instance = kernels::PlacedInstance;
@@ -43,6 +45,8 @@ Instance make_instance(const Placement& placement);
 /// The origin of an instance or of the scene, in double precision.
 using Origin = std::array<double, 3>;
 
+inline constexpr uint32_t kNotBent = 0xffffffffu;
+
 /// An instance's settings, as the caller made them.
 struct InstanceSettings {
   Transform transform = kIdentity;
@@ -51,7 +55,8 @@ struct InstanceSettings {
   Origin origin{};
   uint64_t user = 0;
   uint32_t flags = 0;
-  bool exists = true;  ///< false: removed, so its number is free
+  uint32_t bent = kNotBent;  ///< index into NifSceneObject::bent
+  bool exists = true;        ///< false: removed, so its number is free
 
   /// Can any ray meet it?
   bool awake() const { return exists && !(flags & NIF_INSTANCE_DISABLED) && mask != 0; }
@@ -64,7 +69,7 @@ Placement placement_of(const InstanceSettings& settings, const Origin& from);
 Placement combine(const Transform& second, const Placement& first);
 
 /// The world box that the box rule demands (kernels/reference/instance.hpp).
-kernels::WorldBox world_box(const format::ObjectView& object, const Placement& placement);
+kernels::WorldBox world_box(const kernels::ObjectBox& object, const Placement& placement);
 
 inline void grow(kernels::WorldBox& box, const kernels::WorldBox& other) {
   for (int a = 0; a < 3; ++a) {

@@ -35,6 +35,10 @@ bool may_decode(const format::AssetView& asset);
 kernels::KernelPointer make_kernel(const format::ObjectView& object, const KernelChoice& choice,
                                    std::pmr::memory_resource* memory, SharedCopies& copies);
 
+/// A kernel of triangles that ObjectKernel::move() will move. The field's memory must outlive it or the first move().
+kernels::KernelPointer make_moving_kernel(const kernels::TrianglesField& field, const KernelChoice& choice,
+                                          std::pmr::memory_resource* memory, SharedCopies& copies);
+
 /// What the instruction set has for streams of rays; null for the reference.
 const kernels::cpu::StreamFunctions* stream_functions(Isa isa);
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 #include "api/error.hpp"
 
@@ -75,16 +76,24 @@ struct Placed {
 };
 
 /// Sets all members except object and place. Throws Failure if there can be no such instance.
-Placed place(const NifSceneObject& scene, const format::ObjectView& object,
+Placed place(const NifSceneObject& scene, const kernels::ObjectBox& box, bool proven,
              const InstanceSettings& settings) {
   const Placement placement = placement_of(settings, scene.origin);
   for (const int a : {3, 7, 11})
     if (std::isfinite(settings.transform[size_t(a)]) && !std::isfinite(placement.to_world[size_t(a)]))
       refuse_argument("the instance is too far from the scene's origin for single precision");
-  Placed placed{make_instance(placement), world_box(object, placement)};
+  Placed placed{make_instance(placement), world_box(box, placement)};
   placed.instance.mask = settings.mask;
-  placed.instance.unproven = !object.proven;
+  placed.instance.unproven = !proven;
   return placed;
+}
+Placed place(const NifSceneObject& scene, const format::ObjectView& object,
+             const InstanceSettings& settings) {
+  return place(scene, object_box(field_of(object)), object.proven, settings);
+}
+Placed place(const NifSceneObject& scene, const PlacedObject& object, const InstanceSettings& settings) {
+  if (object.bent == nullptr) return place(scene, *object.view, settings);
+  return place(scene, kernels::object_box(*object.bent), object.view->proven, settings);
 }
 
 /// Call after prepare(); cannot fail. number: a free one, or the one after the last.
@@ -142,7 +151,7 @@ void set_box(NifSceneObject& scene, uint32_t instance, const kernels::WorldBox& 
 /// Gives an instance new settings: all or nothing.
 void change(NifSceneObject& scene, uint32_t instance, const InstanceSettings& settings) {
   const Instance& before = scene.instances[instance];
-  Placed placed = place(scene, *scene.objects[before.object].view, settings);
+  Placed placed = place(scene, scene.objects[before.object], settings);
   if (settings.awake() && before.place == kNoBox) keep_boxes_aside(scene, 0);
   placed.instance.object = before.object;
   placed.instance.place = before.place;
@@ -170,7 +179,7 @@ void move_instances(NifSceneObject& scene) {
       continue;
     }
     try {
-      placed.push_back(place(scene, *scene.objects[scene.instances[i].object].view, settings));
+      placed.push_back(place(scene, scene.objects[scene.instances[i].object], settings));
     } catch (const Failure& failure) {
       throw Failure(failure.code(), "instance " + std::to_string(i) + ": " + failure.what());
     }
@@ -184,11 +193,17 @@ void move_instances(NifSceneObject& scene) {
   scene.moved = false;
 }
 
+/// The object of an instance's asset.
+uint32_t asset_object(const NifSceneObject& scene, size_t instance) {
+  const uint32_t bent = scene.settings[instance].bent;
+  return bent == kNotBent ? scene.instances[instance].object : scene.bent[bent].source;
+}
+
 /// Releases assets that no instance uses any more.
 void drop_unused_assets(NifSceneObject& scene) {
   std::pmr::vector<bool> used(scene.objects.size(), false, scene.device->memory());
   for (size_t i = 0; i < scene.instances.size(); ++i)
-    if (scene.settings[i].exists) used[scene.instances[i].object] = true;
+    if (scene.settings[i].exists) used[asset_object(scene, i)] = true;
   std::pmr::vector<HeldAsset> kept(scene.device->memory());
   std::pmr::vector<PlacedObject> objects(scene.device->memory());
   std::pmr::vector<uint32_t> renumbered(scene.objects.size(), 0, scene.device->memory());
@@ -204,9 +219,18 @@ void drop_unused_assets(NifSceneObject& scene) {
       objects.push_back(scene.objects[i]);
     }
   }
+  // Those of instances that bend come after those of assets.
+  for (const BentInstance& bent : scene.bent) {
+    renumbered[bent.object] = uint32_t(objects.size());
+    objects.push_back(scene.objects[bent.object]);
+  }
   // Nothing fails from here on.
   scene.has_removed = false;
   if (kept.size() == scene.assets.size()) return;
+  for (BentInstance& bent : scene.bent) {
+    bent.object = renumbered[bent.object];
+    bent.source = renumbered[bent.source];
+  }
   for (size_t i = 0; i < scene.instances.size(); ++i)
     scene.instances[i].object = renumbered[scene.instances[i].object] & (kMaxPlacedObjects - 1);
   size_t k = 0;
@@ -228,10 +252,20 @@ uint32_t find_sole(const NifSceneObject& scene) {
   return awake == 1 ? sole : kernels::kNoInstance;
 }
 
+/// Refits the instances that have bent.
+void commit_bent(NifSceneObject& scene) {
+  for (const BentInstance& bent : scene.bent) {
+    if (bent.instance == kernels::kNoInstance || !bent.own->refit()) continue;
+    scene.objects[bent.object].reach_scale = kernels::reach_scale(kernels::AnyField(bent.own->field()));
+    change(scene, bent.instance, scene.settings[bent.instance]);
+  }
+}
+
 /// Does a commit, except for the GPU.
 void commit_instances(NifSceneObject& scene) {
   auto* memory = scene.device->memory();
   scene.ready_on_gpu = false;
+  commit_bent(scene);
   if (scene.moved) move_instances(scene);
   if (scene.has_removed) drop_unused_assets(scene);
   // Without instances there are no boxes aside either, whatever the hierarchy still has.
@@ -318,6 +352,11 @@ Added add_asset(NifSceneObject& scene, NifAssetObject* asset, const float* trans
 
 void remove_instance(NifSceneObject& scene, uint32_t instance) {
   check_instance(scene, instance);
+  if (uint32_t& bent = scene.settings[instance].bent; bent != kNotBent) {
+    scene.bent[bent].instance = kernels::kNoInstance;
+    scene.instances[instance].object = scene.bent[bent].source & (kMaxPlacedObjects - 1);
+    bent = kNotBent;
+  }
   scene.settings[instance].exists = false;
   set_box(scene, instance, empty_box());
   scene.first_free = std::min(scene.first_free, instance);
@@ -352,7 +391,7 @@ void set_transforms(NifSceneObject& scene, uint64_t count, const uint32_t* insta
   if (count > 1)  // checks all before it changes the first
     for (uint64_t k = 0; k < count; ++k) {
       try {
-        place(scene, *scene.objects[scene.instances[number(k)].object].view, changed(k));
+        place(scene, scene.objects[scene.instances[number(k)].object], changed(k));
       } catch (const Failure& failure) {
         throw Failure(failure.code(), "instance " + std::to_string(number(k)) + ": " + failure.what());
       }
@@ -396,10 +435,79 @@ void set_user(NifSceneObject& scene, uint32_t instance, uint64_t user) {
   scene.committed = false;
 }
 
+namespace {
+
+/// The bent object of an instance, which is made at rest if it has none.
+BentObject& bend(NifSceneObject& scene, uint32_t instance) {
+  check_instance(scene, instance);
+  if (const uint32_t known = scene.settings[instance].bent; known != kNotBent) return *scene.bent[known].own;
+  const uint32_t source = scene.instances[instance].object;
+  NifAssetObject* asset = nullptr;
+  for (const HeldAsset& held : scene.assets)
+    if (source - held.first_object < held.asset->view.objects.size()) asset = held.asset.get();
+  const uint32_t number = scene.objects[source].number;
+  if (bending_vertices(asset->view, number) == 0)
+    throw Failure(NIF_ERROR_INVALID_OPERATION,
+                  "instance " + std::to_string(instance) + " cannot bend: its object '" +
+                      std::string(scene.objects[source].view->name) + "' was not baked with --deforms");
+  auto* memory = scene.device->memory();
+  // Of a removed instance that is free again after a commit, or a new one.
+  const auto is_free = [](const BentInstance& bent) { return !bent.own; };
+  auto at = size_t(std::find_if(scene.bent.begin(), scene.bent.end(), is_free) - scene.bent.begin());
+  const bool fresh = at == scene.bent.size();
+  if (fresh) {
+    if (scene.objects.size() >= kMaxPlacedObjects) refuse_argument("a scene holds at most 2^29 objects");
+    make_room(scene.bent, 1);
+    make_room(scene.objects, 1);
+  }
+  BentObject* const own =
+      create<BentObject>(memory, asset->bending(number), scene.device->configuration.kernels,
+                         scene.device->gpu.has_value(), asset->copies, memory);
+  // Nothing fails from here on.
+  if (fresh) {
+    scene.bent.push_back({nullptr, kernels::kNoInstance, uint32_t(scene.objects.size()), source});
+    scene.objects.emplace_back();
+  }
+  BentInstance& bent = scene.bent[at];
+  bent.own = own;
+  bent.instance = instance;
+  bent.source = source;
+  PlacedObject& object = scene.objects[bent.object];
+  object = scene.objects[source];
+  object.kernel = own->kernel();
+  object.bent = &own->field();
+  object.reach_scale = kernels::reach_scale(kernels::AnyField(own->field()));
+  scene.instances[instance].object = bent.object & (kMaxPlacedObjects - 1);
+  scene.settings[instance].bent = uint32_t(at);
+  return *own;
+}
+
+}  // namespace
+
+void BentInstance::free(NifSceneObject& scene) {
+  if (own == nullptr) return;
+  if (own->on_gpu) scene.device->gpu->free(*own);
+  destroy(scene.device->memory(), std::exchange(own, nullptr));
+}
+
+void set_vertices(NifSceneObject& scene, uint32_t instance, const float* positions, uint64_t stride) {
+  BentObject& bent = bend(scene, instance);
+  if (positions != nullptr)
+    bent.set_vertices(positions, stride);
+  else
+    bent.rest();
+  scene.committed = false;
+}
+
+void pose(NifSceneObject& scene, uint32_t instance, const NifPose& pose) {
+  bend(scene, instance).pose(pose);
+  scene.committed = false;
+}
+
 NifInstanceInfo describe_instance(const NifSceneObject& scene, uint32_t instance) {
   check_instance(scene, instance);
   const InstanceSettings& settings = scene.settings[instance];
-  const uint32_t object = scene.instances[instance].object;
+  const uint32_t object = asset_object(scene, instance);
   NifInstanceInfo info{};
   for (const HeldAsset& held : scene.assets)
     if (object - held.first_object < held.asset->view.objects.size())
@@ -427,6 +535,11 @@ void commit(NifSceneObject& scene) {
     }
   }
   scene.dropped.clear();
+  for (BentInstance& bent : scene.bent)
+    if (bent.own && bent.instance == kernels::kNoInstance) {
+      scene.objects[bent.object] = {};
+      bent.free(scene);
+    }
 }
 
 NifSceneInfo describe(const NifSceneObject& scene) {
@@ -441,7 +554,9 @@ NifSceneInfo describe(const NifSceneObject& scene) {
       sizeof(NifSceneObject) + scene.assets.capacity() * sizeof(HeldAsset) +
       scene.objects.capacity() * sizeof(PlacedObject) + scene.instances.capacity() * sizeof(Instance) +
       scene.settings.capacity() * sizeof(InstanceSettings) +
-      scene.new_boxes.capacity() * sizeof(kernels::WorldBox) + scene.hierarchy.resident_bytes();
+      scene.new_boxes.capacity() * sizeof(kernels::WorldBox) + scene.hierarchy.resident_bytes() +
+      scene.bent.capacity() * sizeof(BentInstance);
+  for (const BentInstance& bent : scene.bent) info.resident_bytes += bent.own ? bent.own->bytes() : 0;
   return info;
 }
 

@@ -6,6 +6,7 @@
 
 #include "kernels/reference/scene_hit.hpp"
 #include "scene/asset.hpp"
+#include "scene/bending.hpp"
 #include "scene/hierarchy.hpp"
 #include "scene/instance.hpp"
 
@@ -15,6 +16,16 @@ namespace nif::runtime {
 struct HeldAsset {
   Ref<NifAssetObject> asset;
   uint32_t first_object;  ///< index of its first object among the scene's
+};
+
+/// An instance that bends.
+struct BentInstance {
+  BentObject* own = nullptr;  ///< in the device's memory; null: the entry is free
+  uint32_t instance;          ///< kNoInstance: it was removed
+  uint32_t object;            ///< its own index among the scene's objects
+  uint32_t source;            ///< that of the object of its asset
+
+  void free(NifSceneObject& scene);
 };
 
 }  // namespace nif::runtime
@@ -28,9 +39,11 @@ struct NifSceneObject : nif::runtime::Object {
         instances(owner->memory()),
         settings(owner->memory()),
         hierarchy(owner->memory()),
-        new_boxes(owner->memory()) {}
+        new_boxes(owner->memory()),
+        bent(owner->memory()) {}
   ~NifSceneObject() {
     if (on_gpu) device->gpu->free(*this);
+    for (nif::runtime::BentInstance& one : bent) one.free(*this);
   }
 
   nif::runtime::Ref<NifDeviceObject> device;
@@ -47,6 +60,7 @@ struct NifSceneObject : nif::runtime::Object {
   /// [instance] its box, after a change to which the hierarchy cannot be refitted, until the next commit.
   /// Otherwise empty: the hierarchy has the boxes.
   std::pmr::vector<nif::kernels::WorldBox> new_boxes;
+  std::pmr::vector<nif::runtime::BentInstance> bent;
   nif::runtime::Origin origin{};
   bool moved = false;        ///< the origin has changed since the last commit
   bool has_removed = false;  ///< an instance was removed since the last commit
@@ -83,6 +97,9 @@ void set_scene_origin(NifSceneObject& scene, const double* origin);
 void set_mask(NifSceneObject& scene, uint32_t instance, uint32_t mask);
 void set_flags(NifSceneObject& scene, uint32_t instance, uint32_t flags);
 void set_user(NifSceneObject& scene, uint32_t instance, uint64_t user);
+/// Null positions: at rest.
+void set_vertices(NifSceneObject& scene, uint32_t instance, const float* positions, uint64_t stride);
+void pose(NifSceneObject& scene, uint32_t instance, const NifPose& pose);
 NifInstanceInfo describe_instance(const NifSceneObject& scene, uint32_t instance);
 void commit(NifSceneObject& scene);
 NifSceneInfo describe(const NifSceneObject& scene);

@@ -1,0 +1,97 @@
+// Moves the triangles of a `bvh` object: new corners and boxes for its decoded tree, from the leaves up.
+//
+// Boxes are the least and the most of coordinates, without rounding, so they are the same for every instruction set.
+// Which child comes first for a ray stays as it was: that changes no answer.
+//
+// Compiled once for each target.
+#if defined(NIF_BVH_REFIT_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef NIF_BVH_REFIT_INL
+#undef NIF_BVH_REFIT_INL
+#else
+#define NIF_BVH_REFIT_INL
+#endif
+
+#include <hwy/highway.h>
+
+#include "kernels/cpu/lanes-inl.hpp"
+#include "kernels/cpu/triangles/tree.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace nif::kernels::cpu::HWY_NAMESPACE {
+
+#ifdef NIF_DECODES
+/// A vertex: x, y, z and 0. Also the ends of boxes.
+using OneVertex = hn::FixedTag<float, 4>;
+
+struct VectorBox {
+  hn::Vec<OneVertex> low, high;
+};
+
+/// Gives the triangles of a leaf their new corners. Returns the box around them.
+HWY_INLINE VectorBox move_leaf(const MovedTriangles& moved, DecodedLeaf& leaf) {
+  const OneVertex d;
+  VectorBox box;
+  for (uint32_t k = 0; k < 3; ++k) {
+    const auto corner = [&](uint32_t i) HWY_ATTR {
+      return hn::LoadU(d, moved.positions[moved.corners[leaf.triangles[i]][k]]);
+    };
+    const auto p = corner(0), q = corner(1), r = corner(2), s = corner(3);
+    const auto xy_pq = hn::InterleaveLower(d, p, q), xy_rs = hn::InterleaveLower(d, r, s);
+    const auto z_pq = hn::InterleaveUpper(d, p, q), z_rs = hn::InterleaveUpper(d, r, s);
+    hn::Store(hn::ConcatLowerLower(d, xy_rs, xy_pq), d, leaf.corners[k][0]);
+    hn::Store(hn::ConcatUpperUpper(d, xy_rs, xy_pq), d, leaf.corners[k][1]);
+    hn::Store(hn::ConcatLowerLower(d, z_rs, z_pq), d, leaf.corners[k][2]);
+    const auto low = hn::Min(hn::Min(p, q), hn::Min(r, s)), high = hn::Max(hn::Max(p, q), hn::Max(r, s));
+    box.low = k == 0 ? low : hn::Min(box.low, low);
+    box.high = k == 0 ? high : hn::Max(box.high, high);
+  }
+  return box;
+}
+
+HWY_NOINLINE inline void move_decoded(const MovedTriangles& moved, DecodedTree& tree, VertexBox* boxes) {
+  const OneVertex d;
+  for (size_t number = tree.nodes.size(); number-- > 0;) {
+    DecodedNode& node = tree.nodes[number];
+    const uint32_t inner = node.order[0] >> 24;
+    alignas(16) float low[kBvhWidth][4], high[kBvhWidth][4];
+    VectorBox whole{hn::Set(d, std::numeric_limits<float>::infinity()),
+                    hn::Set(d, -std::numeric_limits<float>::infinity())};
+    uint32_t used = 0;
+    // Empty slots are the last ones, and keep their boxes.
+    for (; used < kBvhWidth && node.low[0][used] <= node.high[0][used]; ++used) {
+      const Child child = node.children[used];
+      VectorBox box;
+      if ((inner >> used & 1) != 0)
+        box = {hn::Load(d, boxes[child].low), hn::Load(d, boxes[child].high)};
+      else
+        box = move_leaf(moved, tree.leaves[child / kBvhLeafTriangles]);
+      hn::Store(box.low, d, low[used]);
+      hn::Store(box.high, d, high[used]);
+      whole = {hn::Min(whole.low, box.low), hn::Max(whole.high, box.high)};
+    }
+    for (uint32_t s = 0; s < used; ++s)
+      for (uint32_t a = 0; a < 3; ++a) {
+        node.low[a][s] = low[s][a];
+        node.high[a][s] = high[s][a];
+      }
+    hn::Store(whole.low, d, boxes[number].low);
+    hn::Store(whole.high, d, boxes[number].high);
+  }
+  tree.reach = 0;
+  for (uint32_t a = 0; a < 3; ++a)
+    tree.reach = max_of(max_of(-moved.box.low[a], moved.box.high[a]), tree.reach);
+}
+#endif
+
+inline void move_bvh(BvhTree& tree, const MovedTriangles& moved) {
+  tree.field = moved.field;
+#ifdef NIF_DECODES
+  if (!tree.decoded.nodes.empty()) move_decoded(moved, tree.decoded, tree.boxes.data());
+#endif
+  describe_root(tree);
+}
+
+}  // namespace nif::kernels::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif
