@@ -42,10 +42,12 @@ class RandomTree {
  public:
   explicit RandomTree(const Soup& soup) : soup_(soup) {}
 
-  format::TrianglesData pack(Random& random) {
+  /// `order` and `sources` as in pack_bvh().
+  format::TrianglesData pack(Random& random, std::vector<uint32_t>* order = nullptr,
+                             std::vector<uint32_t>* sources = nullptr) {
     std::vector<uint32_t> all(soup_.triangles.size());
     for (uint32_t i = 0; i < all.size(); ++i) all[i] = i;
-    return format::pack_bvh(grow(random, all), soup_.positions, soup_.triangles);
+    return format::pack_bvh(grow(random, all), soup_.positions, soup_.triangles, order, sources);
   }
 
  private:

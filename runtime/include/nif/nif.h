@@ -456,7 +456,7 @@ typedef struct NifPose {
   const float* joints;
   /* [target_count] weights of the morph targets. Null, with target_count 0: all are 0. */
   const float* weights;
-  uint32_t joint_count; /* NifObjectInfo.joints */
+  uint32_t joint_count;  /* NifObjectInfo.joints */
   uint32_t target_count; /* NifObjectInfo.targets, or 0 */
 } NifPose;
 

@@ -27,11 +27,11 @@ float value_at(const float* positions, uint64_t stride, uint64_t v, uint32_t i) 
   return value;
 }
 
-/// Largest magnitude of some numbers; NaN or infinity if one is.
+/// Largest magnitude of some numbers; infinity if one is not finite.
 float largest_of(const float* numbers, uint64_t count) {
   float largest = 0;
   for (uint64_t i = 0; i < count; ++i)
-    if (!(std::abs(numbers[i]) <= largest)) largest = std::abs(numbers[i]);
+    largest = std::isnan(numbers[i]) ? HUGE_VALF : std::max(std::abs(numbers[i]), largest);
   return largest;
 }
 
@@ -104,8 +104,9 @@ void BentObject::set_vertices(const float* positions, uint64_t stride) {
     for (uint32_t i = 0; i < 3; ++i)
       if (const float value = value_at(positions, stride, source, i);
           !(std::abs(value) <= kernels::kMaxVertexCoordinate))
-        refuse_argument("vertex " + std::to_string(source) +
-                        (std::isfinite(value) ? " is too far from the origin to compute with" : " is not finite"));
+        refuse_argument(
+            "vertex " + std::to_string(source) +
+            (std::isfinite(value) ? " is too far from the origin to compute with" : " is not finite"));
   for (size_t v = 0; v < sources.size(); ++v)
     for (uint32_t i = 0; i < 3; ++i) positions_[v].at[i] = value_at(positions, stride, sources[v], i);
   changed_ = true;
@@ -132,7 +133,8 @@ void BentObject::pose(const NifPose& pose) {
   const float weights = largest_of(pose.weights, pose.target_count);
   if (!std::isfinite(joints)) refuse_argument("a matrix of a joint is not finite");
   if (!std::isfinite(weights)) refuse_argument("the weight of a morph target is not finite");
-  double reach = double{shared_->field().extent} + double{weights} * double{format::kMostMove} * pose.target_count;
+  double reach =
+      double{shared_->field().extent} + double{weights} * double{format::kMostMove} * pose.target_count;
   if (pose.joint_count != 0) reach = double{joints} * (3 * reach + 1) * 1.01;
   if (!(reach <= double{kernels::kMaxVertexCoordinate}))
     refuse_argument("the pose moves vertices too far from the origin to compute with");
@@ -168,9 +170,9 @@ NIF_COMPUTES void BentObject::move_by_skin(const NifPose& pose) {
         mean[column] = k == 0 ? part : mean[column] + part;
       }
     }
-    store4(positions_[v].at, ((mean[0] * all_of(from.at[0]) + mean[1] * all_of(from.at[1])) +
-                              mean[2] * all_of(from.at[2])) +
-                                 mean[3]);
+    store4(positions_[v].at,
+           ((mean[0] * all_of(from.at[0]) + mean[1] * all_of(from.at[1])) + mean[2] * all_of(from.at[2])) +
+               mean[3]);
   }
 }
 

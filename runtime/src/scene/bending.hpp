@@ -36,8 +36,8 @@ class BendingObject {
   const kernels::TrianglesField& field() const { return *field_; }
   const kernels::SkinField* skin() const { return skin_; }  ///< null if there is none
   // Vertices of the source that triangles have are numbered without gaps, in their order.
-  std::span<const uint32_t> sources() const { return sources_; }  ///< their numbers in the source
-  std::span<const Vertex> rest() const { return rest_; }          ///< where they are at rest
+  std::span<const uint32_t> sources() const { return sources_; }           ///< their numbers in the source
+  std::span<const Vertex> rest() const { return rest_; }                   ///< where they are at rest
   uint32_t vertex_of(uint32_t stored) const { return vertices_[stored]; }  ///< of a vertex of the field
   const uint32_t (*corners() const)[3] { return reinterpret_cast<const uint32_t(*)[3]>(corners_.data()); }
   size_t bytes() const {
@@ -79,7 +79,7 @@ class BentObject {
 
   const BendingObject* shared_;
   std::pmr::vector<Vertex> positions_;  ///< as BendingObject::rest()
-  std::pmr::vector<Vertex> joints_;  ///< [joint][column of its matrix]
+  std::pmr::vector<Vertex> joints_;     ///< [joint][column of its matrix]
   std::pmr::vector<kernels::BvhNode> nodes_;
   std::pmr::vector<float> vertices_;
   std::pmr::vector<kernels::VertexBox> boxes_;  ///< with nodes and vertices

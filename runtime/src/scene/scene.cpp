@@ -550,12 +550,12 @@ NifSceneInfo describe(const NifSceneObject& scene) {
   std::copy_n(scene.bounds.min, 3, info.bounds_min);
   std::copy_n(scene.bounds.max, 3, info.bounds_max);
   std::copy(scene.origin.begin(), scene.origin.end(), info.origin);
-  info.resident_bytes =
-      sizeof(NifSceneObject) + scene.assets.capacity() * sizeof(HeldAsset) +
-      scene.objects.capacity() * sizeof(PlacedObject) + scene.instances.capacity() * sizeof(Instance) +
-      scene.settings.capacity() * sizeof(InstanceSettings) +
-      scene.new_boxes.capacity() * sizeof(kernels::WorldBox) + scene.hierarchy.resident_bytes() +
-      scene.bent.capacity() * sizeof(BentInstance);
+  info.resident_bytes = sizeof(NifSceneObject) + scene.assets.capacity() * sizeof(HeldAsset) +
+                        scene.objects.capacity() * sizeof(PlacedObject) +
+                        scene.instances.capacity() * sizeof(Instance) +
+                        scene.settings.capacity() * sizeof(InstanceSettings) +
+                        scene.new_boxes.capacity() * sizeof(kernels::WorldBox) +
+                        scene.hierarchy.resident_bytes() + scene.bent.capacity() * sizeof(BentInstance);
   for (const BentInstance& bent : scene.bent) info.resident_bytes += bent.own ? bent.own->bytes() : 0;
   return info;
 }
