@@ -11,6 +11,8 @@
 #include <span>
 #include <tuple>
 
+#include "formats/mesh/skin.hpp"
+
 namespace nif::mesh {
 namespace {
 
@@ -60,6 +62,7 @@ std::vector<uint32_t> first_alike(std::span<const Mesh> meshes, bool looks) {
     const auto found = std::ranges::find_if(candidates, [&](uint32_t other) {
       return mesh.positions == meshes[other].positions && mesh.triangles == meshes[other].triangles &&
              mesh.alpha == meshes[other].alpha && holes_alike(mesh, meshes[other]) &&
+             bend_alike(mesh.skin.get(), meshes[other].skin.get()) &&
              (!looks || mesh.look == meshes[other].look);
     });
     firsts.push_back(found == candidates.end() ? m : *found);

@@ -9,7 +9,7 @@
 
 namespace nif::mesh {
 
-/// For each mesh, the index of the first one with equal positions and triangles, which may be its own. With
+/// For each mesh, the index of the first one with equal positions and triangles that bends alike, which may be its own. With
 /// `looks`, their looks must be equal, too.
 std::vector<uint32_t> first_alike(std::span<const Mesh> meshes, bool looks = false);
 

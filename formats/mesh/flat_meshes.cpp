@@ -12,6 +12,7 @@
 #include "formats/base/memory.hpp"
 #include "formats/base/vector.hpp"
 #include "formats/mesh/readers.hpp"
+#include "formats/mesh/skin.hpp"
 
 namespace nif::mesh::detail {
 namespace {
@@ -114,12 +115,19 @@ std::optional<uint32_t> FlatMeshes::make(uint32_t index, const Affine& linear) {
   });
   if (!any) return std::nullopt;
   require_memory(mesh.positions.size() * sizeof(Float3) + mesh.triangles.size() * sizeof(Triangle) +
-                     mesh.holes.size() * sizeof(TriangleHoles),
+                     mesh.holes.size() * sizeof(TriangleHoles) +
+                     (mesh.skin ? mesh.skin->targets.size() : 0) * mesh.positions.size() * sizeof(Float3),
                  input_.file.string() + ": a mesh that its node flattens");
   Mesh flat = mesh;
   for (Float3& p : flat.positions) {
     const Double3 at = moved(linear, p);
     for (size_t a = 0; a < 3; ++a) p[a] = static_cast<float>(at[a]);
+  }
+  if (flat.skin) {  // only targets: what joints bend is never flat
+    Skin skin = *flat.skin;
+    for (std::vector<Float3>& target : skin.targets)
+      for (Float3& move : target) move = to_float(moved(linear, move));
+    flat.skin = std::make_shared<const Skin>(std::move(skin));
   }
   scene_.meshes.push_back(std::move(flat));
   return static_cast<uint32_t>(scene_.meshes.size() - 1);

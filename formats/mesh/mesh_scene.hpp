@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <iterator>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -47,7 +48,7 @@ enum class NoteKind : uint8_t {
   // Remarks: nothing was lost.
   bind_pose,          ///< glTF: skins, read in the bind pose
   morphs,             ///< glTF: morph targets, read with the weights of the file
-  pose,               ///< glTF: skins, read in another pose than the bind pose
+  pose,               ///< glTF: skins, read in another pose than the bind pose; vertices without weights
   clips,              ///< glTF: animations that cannot be read, where they are listed
   hidden,             ///< glTF: nodes hidden by KHR_node_visibility
   helpers,            ///< names of collision shapes and of levels of detail
@@ -79,6 +80,8 @@ using Triangle = std::array<uint32_t, 3>;  ///< indices into Mesh::positions
 using Transform = std::array<float, 12>;
 inline constexpr Transform kIdentity{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 
+struct Skin;  // formats/mesh/skin.hpp
+
 /// One object's triangles. Winding as in the file; positions are not welded.
 struct Mesh {
   std::string name;  ///< UTF-8, from the file; the file's stem if it has none
@@ -93,6 +96,8 @@ struct Mesh {
   /// [triangles]; empty: none has holes. Only triangles that are `cut` have some. A triangle that is `cut` without
   /// holes has holes that are not known exactly: it blocks as if solid.
   std::vector<TriangleHoles> holes{};
+  /// How it bends, only if requested: ReadLimits::skins. Null: it does not.
+  std::shared_ptr<const Skin> skin{};
   /// Only within readers, and only if requested (Input::exact): positions before rounding.
   std::vector<Double3> exact{};
 };

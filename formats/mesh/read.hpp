@@ -44,6 +44,10 @@ struct ReadLimits {
   /// does not move as the file has it. Without, all are as the file has them. Throws Error(usage) if there is no such clip.
   std::optional<Moment> moment{};
   bool clips = false;  ///< also list the animations: Scene::clips
+  /// Of a glTF: keep how meshes bend (Mesh::skin) instead of bending them. Their positions are then those of the file, without
+  /// morph targets and in the shape in which they are bound to joints, whatever the pose of the file. All instances of a skin
+  /// have the same transform: the place of the shape if all joints agree, otherwise a translation near it.
+  bool skins = false;
 };
 
 /// Reads OBJ, PLY, STL, OFF, glTF, GLB (tinygltf; docs/meshes.md lists the extensions) or DRC (Draco), also

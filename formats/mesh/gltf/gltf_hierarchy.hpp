@@ -42,6 +42,7 @@ struct GltfPlacement {
   bool by_material = false;
   size_t pose = SIZE_MAX;  ///< the pose that deforms it; SIZE_MAX: none
   bool instanced = false;  ///< one of several instances of its node
+  bool bends = false;      ///< its skin, whose joints can be read, is kept: ReadLimits::skins
 };
 
 /// Records which names are chosen, for everything that a scene shows or hides.

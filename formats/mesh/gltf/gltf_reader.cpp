@@ -43,7 +43,8 @@ tinygltf::Model parse_model(const Input& input, const std::string& json) {
 /// The variants of meshes that nodes need: one for each set of weights, pose and choice.
 class Variants {
  public:
-  explicit Variants(const tinygltf::Model& model) : model_(model), of_mesh_(model.meshes.size()) {
+  Variants(const tinygltf::Model& model, bool keeps_skins)
+      : model_(model), keeps_skins_(keeps_skins), of_mesh_(model.meshes.size()) {
     for (const tinygltf::Mesh& mesh : model.meshes) {
       size_t& targets = targets_.emplace_back(0);
       for (const tinygltf::Primitive& primitive : mesh.primitives)
@@ -54,10 +55,11 @@ class Variants {
   bool morphs(size_t mesh) const { return targets_[mesh] > 0; }
 
   /// The number of the placement's mesh with the weights of its node, or those of the mesh if the node has
-  /// none.
+  /// none; without weights if skins are kept, because these say how to move it.
   size_t add(const GltfPlacement& placement) {
     const bool same = !parts_.empty() && last_.node == placement.node && last_.mesh == placement.mesh &&
-                      last_.pose == placement.pose && last_.by_material == placement.by_material;
+                      last_.pose == placement.pose && last_.by_material == placement.by_material &&
+                      last_.bends == placement.bends;
     // another instance of the same node
     if (same && placement.node != GltfHierarchy::kNone) return last_variant_;
     last_ = placement;
@@ -65,9 +67,10 @@ class Variants {
     const bool own = placement.node != GltfHierarchy::kNone && !model_.nodes[placement.node].weights.empty();
     const std::vector<double>& weights =
         own ? model_.nodes[placement.node].weights : model_.meshes[mesh].weights;
-    const size_t count = std::min(weights.size(), targets_[mesh]);
+    const size_t count = keeps_skins_ ? 0 : std::min(weights.size(), targets_[mesh]);
     Key key{mesh,
             placement.pose,
+            placement.bends ? uint32_t(placement.skin) : kNoSkin,
             placement.by_material,
             {weights.begin(), weights.begin() + std::ptrdiff_t(count)}};
     while (!key.weights.empty() && key.weights.back() == 0) key.weights.pop_back();
@@ -81,15 +84,18 @@ class Variants {
 
   /// The variants of a mesh, in the order in which they were added.
   const std::vector<size_t>& of_mesh(size_t mesh) const { return of_mesh_[mesh]; }
-  GltfVariant variant(size_t number, const std::vector<GltfPose>& poses) const {
+  GltfVariant variant(size_t number, const std::vector<GltfPose>& poses,
+                      const std::vector<GltfSkin>& skins) const {
     const Key& key = *parts_[number];
-    return {key.weights, key.pose == SIZE_MAX ? nullptr : &poses[key.pose], key.by_material};
+    return {key.weights, key.pose == SIZE_MAX ? nullptr : &poses[key.pose], key.by_material, key.skin,
+            key.skin == kNoSkin ? 0 : skins[key.skin].joints.size()};
   }
   size_t size() const { return parts_.size(); }
 
  private:
   struct Key {
     size_t mesh, pose;
+    uint32_t skin;  ///< that is kept, or kNoSkin
     bool by_material;
     std::vector<double> weights;  ///< empty if all are 0
 
@@ -97,6 +103,7 @@ class Variants {
   };
 
   const tinygltf::Model& model_;
+  bool keeps_skins_;
   std::map<Key, size_t> known_;
   std::vector<const Key*> parts_;  // from known_, by number
   std::vector<std::vector<size_t>> of_mesh_;
@@ -105,7 +112,17 @@ class Variants {
   size_t last_variant_ = 0;
 };
 
-/// Places skinned meshes by their joints. Returns the poses that deform some of them.
+/// Where the instances of a skin that is kept are, of which one would be at `place`: a transform that has an inverse, whatever
+/// the pose, because poses are relative to it.
+Affine place_of_kept(const GltfPose& pose, const Affine* bind_place, const Affine& place) {
+  const Affine rest =
+      bind_place ? (pose.is_alike(*bind_place, place) ? place : *bind_place) : pose.joints.front();
+  if (bind_place && !is_flat(rest)) return rest;
+  const std::optional<Transform> rounded = to_transform(rest);  // a pose is finite
+  return {1, 0, 0, double{(*rounded)[3]}, 0, 1, 0, double{(*rounded)[7]}, 0, 0, 1, double{(*rounded)[11]}};
+}
+
+/// Places skinned meshes by their joints. Returns the poses that deform some of them: none, if skins are kept.
 std::vector<GltfPose> place_skins(const Input& input, const GltfData& data,
                                   const std::vector<GltfSkin>& skins,
                                   const std::vector<std::optional<Affine>>& worlds,
@@ -114,6 +131,7 @@ std::vector<GltfPose> place_skins(const Input& input, const GltfData& data,
     std::optional<GltfPose> pose;
     const Affine* bind_place = nullptr;
     size_t deforming = SIZE_MAX;
+    Affine place{};  ///< of what keeps it
   };
   std::map<int, Known> known;
   std::vector<GltfPose> poses;
@@ -125,13 +143,18 @@ std::vector<GltfPose> place_skins(const Input& input, const GltfData& data,
     if (fresh && size_t(placement.skin) < skins.size()) {
       skin.pose = pose_of(data, skins[size_t(placement.skin)], worlds);
       if (skin.pose) skin.bind_place = skin.pose->bind_place();
-      if (skin.pose && !skin.bind_place) {
+      if (skin.pose && input.limits.skins)
+        skin.place = place_of_kept(*skin.pose, skin.bind_place, placement.place);
+      else if (skin.pose && !skin.bind_place) {
         skin.deforming = poses.size();
         poses.push_back(*skin.pose);
       }
     }
     Affine& place = placement.place;
-    if (skin.bind_place) {
+    if (skin.pose && input.limits.skins) {
+      placement.bends = true;
+      place = skin.place;
+    } else if (skin.bind_place) {
       ++bound;
       // otherwise the exact transform is kept
       if (!skin.pose->is_alike(*skin.bind_place, place)) place = *skin.bind_place;
@@ -327,7 +350,7 @@ Scene read_gltf(const Input& input, std::vector<ExternalFile>& external) {
   const std::vector<GltfPose> poses = place_skins(input, data, source.skins, worlds, placements, scene.notes);
   expand_instances(input, data, model, placements, scene.notes);
 
-  Variants variants(model);
+  Variants variants(model, input.limits.skins);
   std::vector<size_t> variant_of;
   for (const GltfPlacement& placement : placements) variant_of.push_back(variants.add(placement));
   constexpr uint32_t kAbsent = std::numeric_limits<uint32_t>::max();
@@ -345,7 +368,8 @@ Scene read_gltf(const Input& input, std::vector<ExternalFile>& external) {
     }
     std::vector<Note> notes;
     for (const size_t variant : variants.of_mesh(i)) {
-      Mesh mesh = read_mesh(sources, model.meshes[i], i, variants.variant(variant, poses), so_far, notes);
+      Mesh mesh = read_mesh(sources, model.meshes[i], i, variants.variant(variant, poses, source.skins),
+                            so_far, notes);
       if (mesh.triangles.empty()) continue;
       check_triangle_limit(input, triangles += mesh.triangles.size());
       mesh_of[variant] = static_cast<uint32_t>(scene.meshes.size());

@@ -6,10 +6,14 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
+#include <optional>
 #include <span>
 
+#include "formats/base/memory.hpp"
 #include "formats/mesh/gltf/look.hpp"
+#include "formats/mesh/gltf/skin_collector.hpp"
 #include "formats/mesh/readers.hpp"
 
 namespace nif::mesh::detail {
@@ -32,7 +36,13 @@ class MeshReader {
         weights_(variant.weights),
         pose_(variant.pose),
         by_material_(variant.by_material),
-        so_far_(so_far) {}
+        so_far_(so_far) {
+    if (!input_.limits.skins) return;
+    size_t targets = 0;
+    for (const tinygltf::Primitive& primitive : source.primitives)
+      targets = std::max(targets, primitive.targets.size());
+    skin_.emplace(data_, variant.skin, variant.joints, targets);
+  }
 
   /// Reads all primitives as one mesh.
   Mesh read(std::vector<Note>& notes) {
@@ -46,6 +56,7 @@ class MeshReader {
       else
         count_see_through(source_.primitives[i]);
     }
+    if (skin_ && !mesh_.positions.empty()) mesh_.skin = skin_->finish(rest_weights());
     if (!mesh_.alpha.empty()) mesh_.alpha.resize(mesh_.triangles.size(), TriangleAlpha::solid);
     holes_.finish(mesh_);
     mesh_.look.complete(mesh_.positions.size(), mesh_.triangles.size());
@@ -57,17 +68,27 @@ class MeshReader {
            fmt::format("has {} primitives of points or lines, which were left out.", skipped_));
     if (loose_ != 0)
       note(NoteKind::loose_indices, fmt::format("ends with {} indices that do not make a triangle.", loose_));
-    if (morphs_)
+    if (morphs_ && !skin_)
       note(NoteKind::morphs, weights_.empty() ? "has morph targets; its rest shape is used."
                                               : "has morph targets; the weights in the file are used.");
     if (uncolored_)
       note(NoteKind::colors,
            "has colours or texture coordinates that do not fit its vertices or are in Draco data; they were "
            "left out.");
-    if (unposed_)
+    if (unposed_ || (skin_ && skin_->unreadable()))
       note(NoteKind::posed_skin,
            "has joints and weights that cannot be read or are in Draco data; the first joint places what "
            "they should move.");
+    const auto vertices = [](uint64_t count) {
+      return count == 1 ? std::string("a vertex") : fmt::format("{} vertices", count);
+    };
+    if (skin_ && skin_->with_many() != 0)
+      note(NoteKind::posed_skin,
+           fmt::format("has {} with more than {} joints; those with the largest weights move them.",
+                       vertices(skin_->with_many()), SkinCollector::kMostInfluences));
+    if (skin_ && skin_->without_weights() != 0)
+      note(NoteKind::pose, fmt::format("has {} without weights; the first joint moves them.",
+                                       vertices(skin_->without_weights())));
     if (unmorphed_) note(NoteKind::draco_morphs, "has morph targets in Draco data, which were left out.");
     return std::move(mesh_);
   }
@@ -118,10 +139,12 @@ class MeshReader {
     }
     morphs_ |= !primitive.targets.empty();
     if (const auto draco = primitive.extensions.find(kDraco); draco != primitive.extensions.end()) {
-      unmorphed_ |= !weights_.empty() && !primitive.targets.empty();  // Draco may reorder the vertices
+      // Draco may reorder the vertices.
+      unmorphed_ |= (skin_ || !weights_.empty()) && !primitive.targets.empty();
       const size_t first = mesh_.positions.size();
       read_draco_primitive(primitive, draco->second, number);
       if (pose_) pose_from(first, {});
+      if (skin_) keep_bending(mesh_.positions.size() - first, {}, {}, number);
       return;
     }
     const auto position = primitive.attributes.find("POSITION");
@@ -185,6 +208,53 @@ class MeshReader {
         positions[i][k] = static_cast<float>(double{positions[i][k]} + sums[i][k]);
   }
 
+  /// The accessors of a primitive's morph targets if they are kept, -1 for those that move nothing.
+  std::vector<int> kept_targets_of(const tinygltf::Primitive& primitive) const {
+    std::vector<int> targets;
+    for (size_t i = 0; skin_ && i < primitive.targets.size(); ++i) {
+      const auto position = primitive.targets[i].find("POSITION");
+      targets.push_back(position == primitive.targets[i].end() ? -1 : position->second);
+    }
+    return targets;
+  }
+
+  /// Keeps what moves vertices that follow those before.
+  void keep_bending(size_t vertices, const GltfInfluences& influences, const std::vector<int>& targets,
+                    size_t number) {
+    count_moved(vertices * (1 + influences.size() + targets.size()));
+    so_far_.kept_moves += vertices * skin_->targets();
+    if (so_far_.kept_moves / 3 > input_.limits.max_triangles)
+      input_.fail(
+          Status::too_large,
+          fmt::format("has more positions of morph targets than the limit of {} triangles has corners",
+                      input_.limits.max_triangles));
+    require_memory(vertices * (skin_->targets() * sizeof(Float3) + (skin_->has_joints() ? 100 : 0)),
+                   fmt::format("{}: what moves the vertices of mesh {}", input_.file.string(), index_));
+    skin_->add_joints(vertices, influences);
+    for (size_t i = 0; i < targets.size(); ++i) {
+      if (targets[i] < 0) continue;
+      const std::vector<Float3> moves = data_.positions(targets[i]);
+      if (moves.size() != vertices)
+        fail(number, fmt::format("has {} positions, but a morph target of {}", vertices, moves.size()));
+      for (const Float3& move : moves)
+        if (!std::isfinite(move[0]) || !std::isfinite(move[1]) || !std::isfinite(move[2]))
+          fail(number, fmt::format("has a morph target {} with numbers that are not finite", i));
+      skin_->set_target(i, moves);
+    }
+  }
+
+  /// The weights of the mesh's targets.
+  std::vector<float> rest_weights() const {
+    std::vector<float> weights;
+    for (size_t i = 0; i < skin_->targets(); ++i) {
+      weights.push_back(i < source_.weights.size() ? static_cast<float>(source_.weights[i]) : 0);
+      if (!std::isfinite(weights.back()))
+        input_.fail(Status::malformed_mesh,
+                    fmt::format("mesh {} has the weight {}", index_, source_.weights[i]));
+    }
+    return weights;
+  }
+
   /// A small file can have the same positions moved again and again, so their number is limited.
   void count_moved(uint64_t positions) {
     constexpr uint64_t kMostMoved = uint64_t{1} << 32;
@@ -198,7 +268,7 @@ class MeshReader {
   /// Accessors of the joints that move a primitive, if they matter.
   GltfInfluences influences_of(const tinygltf::Primitive& primitive) const {
     GltfInfluences influences;
-    for (size_t n = 0; pose_; ++n) {
+    for (size_t n = 0; pose_ || (skin_ && skin_->has_joints()); ++n) {
       const auto joints = primitive.attributes.find(fmt::format("JOINTS_{}", n)),
                  weights = primitive.attributes.find(fmt::format("WEIGHTS_{}", n));
       if (joints == primitive.attributes.end() || weights == primitive.attributes.end()) break;
@@ -225,6 +295,7 @@ class MeshReader {
     int positions;
     std::vector<Target> targets;
     GltfInfluences influences;
+    std::vector<int> kept_targets;
     int colors = -1, coordinates = -1;  ///< only if they matter; -1: none
 
     auto operator<=>(const Attributes&) const = default;
@@ -245,7 +316,8 @@ class MeshReader {
   }
 
   Attributes attributes_of(const tinygltf::Primitive& primitive, int positions) const {
-    Attributes attributes{positions, targets_of(primitive), influences_of(primitive)};
+    Attributes attributes{positions, targets_of(primitive), influences_of(primitive),
+                          kept_targets_of(primitive)};
     if (!input_.limits.colors) return attributes;
     if (const auto found = primitive.attributes.find("COLOR_0"); found != primitive.attributes.end())
       attributes.colors = found->second;
@@ -297,6 +369,7 @@ class MeshReader {
     count_positions(positions.size());
     if (!targets.empty()) morph(positions, targets, number);
     if (pose_) pose(positions, key.influences);
+    if (skin_) keep_bending(positions.size(), key.influences, key.kept_targets, number);
     if (mesh_.positions.size() + positions.size() > std::numeric_limits<uint32_t>::max()) {
       input_.fail(Status::too_large,
                   fmt::format("mesh {} has more vertices than 32-bit indices can address", index_));
@@ -369,6 +442,7 @@ class MeshReader {
   HoleCollector holes_;
   const std::vector<double>& weights_;
   const GltfPose* pose_;
+  std::optional<SkinCollector> skin_;  // if it is kept
   bool by_material_;
   std::map<Attributes, Range> ranges_;
   size_t first_triangle_ = 0;  // of the current primitive
