@@ -30,8 +30,10 @@ format::Object describe(const Prepared& prepared, ObjectReport& report) {
   return object;
 }
 
-/// Whether objects with holes, or without, may have the encoding.
-bool apt(const Encoder& encoder, bool has_holes, const BakeOptions& options) {
+/// Whether an object that bends, or has holes, or neither, may have the encoding.
+bool apt(const Encoder& encoder, const Prepared& prepared, const BakeOptions& options) {
+  const bool has_holes = prepared.has_holes();
+  if (prepared.bends) return encoder.bends();
   switch (encoder.holes()) {
     case Encoder::Holes::none:
       return !has_holes;
@@ -56,7 +58,7 @@ Candidate::Candidate(size_t index_, const Prepared& prepared_, const BakeRequest
       forms_(request.encoders.size()) {
   std::string obstacle;
   for (const auto& encoder : request.encoders) {
-    const bool may = apt(*encoder, prepared.has_holes(), request.options);
+    const bool may = apt(*encoder, prepared, request.options);
     const std::string why = may ? encoder->obstacle(prepared.surface.positions) : std::string();
     suits_.push_back(may && why.empty());
     if (!why.empty()) obstacle = why;
@@ -65,6 +67,7 @@ Candidate::Candidate(size_t index_, const Prepared& prepared_, const BakeRequest
   if (first == suits_.end()) throw Error(Status::too_large, fmt::format("'{}': {}", report.name, obstacle));
   chosen_ = size_t(first - suits_.begin());
   report.reason = encoder().holes() == Encoder::Holes::only                    ? "it has holes"
+                  : prepared.bends                                             ? "it bends"
                   : obstacle.empty() && request.options.encoding != kAutomatic ? "as requested"
                                                                                : obstacle;
 }

@@ -113,7 +113,7 @@ void choose_forms(BakeRun& run) {
     });
   const Alternative other = alternative_for(run);
   lay_out_each(run, [&](Candidate& candidate) {
-    if (candidate.prepared.has_holes()) {
+    if (candidate.prepared.has_holes() || candidate.prepared.bends) {
       candidate.lay_out_exact(kNoBudget);
       return;
     }

@@ -75,6 +75,8 @@ class Encoder {
     only,  ///< those with holes
   };
   virtual Holes holes() const { return Holes::none; }
+  /// Whether instances of its objects can bend.
+  virtual bool bends() const { return false; }
   /// Why an object with these positions cannot have the encoding; empty if it can.
   virtual std::string obstacle(std::span<const mesh::Float3>) const { return {}; }
   /// True if objects can be laid out at this scale, which is not 1; a lower scale makes smaller ones.

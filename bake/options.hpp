@@ -48,6 +48,9 @@ struct BakeOptions : EncodingOptions {
   bool uncoded = false;
   /// Objects with triangles store the numbers of these in the source mesh.
   bool source_triangles = false;
+  /// Objects of meshes that bend, by skins or morph targets, are `bvh` whose instances can bend; in a scene in which none
+  /// does, all are. The scene must have been read with ReadLimits::skins.
+  bool deforms = false;
   /// Objects with a grid store the colours of their surface. No effect if the scene has none.
   bool colors = false;
   /// For the whole file: takes the finest grids that fit, up to the preset's, and exact objects if there is

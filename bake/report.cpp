@@ -151,6 +151,7 @@ std::string make_metadata(const mesh::Scene& scene, const BakeOptions& options,
   for (const auto& encoder : encoders) encoder->add_options(chosen);
   if (options.uncoded) chosen["uncoded"] = true;
   if (options.source_triangles) chosen["source_triangles"] = true;
+  if (options.deforms) chosen["deforms"] = true;
   if (options.colors) chosen["colors"] = true;
   if (options.max_bytes) chosen["max_bytes"] = *options.max_bytes;
   if (options.prefer) chosen["prefer"] = name_of(*options.prefer);

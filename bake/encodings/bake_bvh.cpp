@@ -9,6 +9,7 @@
 #include "bake/encoder.hpp"
 #include "bake/triangles/builder.hpp"
 #include "bake/work.hpp"
+#include "formats/mesh/skin.hpp"
 #include "kernels/reference/triangles/triangles_query.hpp"
 
 namespace nif::bake {
@@ -24,6 +25,7 @@ class BvhEncoder final : public Encoder {
   std::string_view noun() const override { return "a BVH"; }
   std::string_view smallest() const override { return "BVHs"; }
   AnswerKind kind() const override { return AnswerKind::exact; }
+  bool bends() const override { return true; }
 
   std::string obstacle(std::span<const mesh::Float3> positions) const override {
     return obstacle_of_bvh(positions);
@@ -60,8 +62,42 @@ std::string obstacle_of_bvh(std::span<const mesh::Float3> positions) {
                      kernels::kMaxBvhCoordinate / 4);
 }
 
+namespace {
+
+format::Skin stored(const mesh::Skin& skin, size_t vertices) {
+  format::Skin stored{
+      uint32_t(vertices), skin.joint_count, skin.influences, uint32_t(skin.targets.size()), skin.weights, {},
+      skin.joints};
+  for (const std::vector<mesh::Float3>& target : skin.targets)
+    stored.targets.insert(stored.targets.end(), target.begin(), target.end());
+  return stored;
+}
+
+/// All triangles as they are in the source, because any may get an area, and vertices at the same place may part.
+uint64_t lay_out_bending(const Prepared& prepared, const BakeOptions& options, format::Object& object) {
+  const mesh::Mesh& source = *prepared.source;
+  std::vector<uint32_t> order, vertices;
+  object.triangles = build_bvh(source.positions, source.triangles, &order, &vertices);
+  const auto vertex_count = uint32_t(source.positions.size());
+  uint64_t bytes = object.triangles->bytes() + format::numbers_bytes(vertices.size(), vertex_count);
+  object.numbers[format::kSourceVertices] = {vertex_count, std::move(vertices)};
+  if (options.source_triangles || source.merged()) {
+    const auto triangles = uint32_t(source.triangles.size());
+    bytes += format::numbers_bytes(order.size(), triangles);
+    object.numbers[format::kSourceTriangles] = {triangles, std::move(order)};
+  }
+  if (source.skin) {
+    object.skin = stored(*source.skin, vertex_count);
+    bytes += format::skin_bytes(vertex_count, object.skin->influences, object.skin->target_count);
+  }
+  return bytes;
+}
+
+}  // namespace
+
 uint64_t lay_out_triangles(const Prepared& prepared, const BakeOptions& options, format::Object& object,
                            std::vector<uint32_t>* places) {
+  if (prepared.bends) return lay_out_bending(prepared, options, object);
   // Including slivers, which close the gaps that rounding opens between the triangles on both sides of them.
   const mesh::CleanMesh& surface = prepared.surface;
   std::vector<mesh::Triangle> all;

@@ -16,7 +16,8 @@ struct Prepared {
   mesh::CleanMesh surface;
   ClosedComponents closed;
   mesh::Box box;
-  float bias;  ///< its bias_of()
+  float bias;          ///< its bias_of()
+  bool bends = false;  ///< instances of its object can bend; set by a bake
 
   /// Whether any triangle has holes.
   bool has_holes() const { return !surface.holes.empty(); }

@@ -156,6 +156,7 @@ class MetadataCheck {
                                    {"spherical", Kind::object, false},
                                    {"uncoded", Kind::flag, false},
                                    {"source_triangles", Kind::flag, false},
+                                   {"deforms", Kind::flag, false},
                                    {"colors", Kind::flag, false},
                                    {"max_bytes", Kind::count, false},
                                    {"prefer", Kind::text, false},

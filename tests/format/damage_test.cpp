@@ -25,6 +25,7 @@ Bytes small_file(uint64_t seed) {
   options.primaries = uint32_t(seed % 3);
   options.sources = uint32_t(seed % 2 + seed % 3);
   options.colors = uint32_t(seed % 4 / 2);
+  options.skins = uint32_t(seed % 3);
   options.translations = seed % 5 == 1;
   options.numbers = options.settings = seed % 2 == 0;
   options.levels = uint32_t(seed % 3);

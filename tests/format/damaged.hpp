@@ -81,10 +81,11 @@ inline constexpr PayloadKind kWeights{format::kMlps, format::kData, offsetof(for
     kGrids{format::kSphericalRecords, format::kData, offsetof(format::SphericalRecord, grids)},
     kPrimaryValues{format::kPrimaries, format::kPrimaryValues, offsetof(format::PrimaryRecord, values)},
     kNumbers{format::kNumbersRecords, format::kNumbersValues, offsetof(format::NumbersRecord, numbers)},
-    kColors{format::kColorRecords, format::kColorValues, offsetof(format::ColorsRecord, values)};
+    kColors{format::kColorRecords, format::kColorValues, offsetof(format::ColorsRecord, values)},
+    kSkin{format::kSkinRecords, format::kSkinValues, offsetof(format::SkinRecord, values)};
 inline constexpr PayloadKind kPayloadKinds[] = {kWeights, kPairWeights, kOccupancy, kCells,         kTree,
                                                 kCorners, kFeatures,    kGrids,     kPrimaryValues, kNumbers,
-                                                kColors,  kAlphaTiles,  kHoles};
+                                                kColors,  kAlphaTiles,  kHoles,     kSkin};
 }  // namespace payload
 
 /// One section of a file, with any content.
@@ -273,6 +274,17 @@ inline Bytes with_holes(const Bytes& file, size_t index, const format::HolesData
   Bytes content(patches.begin(), patches.end());
   content.insert(content.end(), numbers.begin(), numbers.end());
   set_payload(parts, payload::kHoles, index, content);
+  return file_of(file, parts);
+}
+
+/// The same of a skin, of which only the values change.
+inline Bytes with_skin(const Bytes& file, size_t index, const format::Skin& skin) {
+  std::vector<Part> parts = parts_of(file);
+  Bytes content;
+  for (const auto bytes : {std::as_bytes(std::span(skin.weights)), std::as_bytes(std::span(skin.targets)),
+                           std::as_bytes(std::span(skin.joints))})
+    content.insert(content.end(), bytes.begin(), bytes.end());
+  set_payload(parts, payload::kSkin, index, content);
   return file_of(file, parts);
 }
 

@@ -48,6 +48,7 @@ TEST(RoundTrip, SameBytes) {
     options.primaries = uint32_t(seed / 4 % 4);
     options.sources = uint32_t(seed / 2 % 3);
     options.colors = uint32_t(seed / 3 % 3);
+    options.skins = uint32_t(seed / 2 % 3);
     options.translations = seed % 5 == 2;
     if (seed % 6 == 5) options.objects = 0;
     options.places_nothing = seed % 8 == 4;

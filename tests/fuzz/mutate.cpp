@@ -458,6 +458,31 @@ void fit_colors(format::Object& object, Random& random) {
     object.colors->resize(object.planes->voxel_records.size(), uint16_t(random.below(0x10000)));
 }
 
+/// Another weight, joint or move of a skin, sometimes of an object that had none.
+void mutate_skin(format::Object& object, Random& random) {
+  if (!object.triangles || object.planes || object.holes) return;
+  if (!object.skin) {
+    if (random.below(16) != 0) return;
+    const auto stored = uint32_t(object.triangles->vertices.size());
+    format::Numbers& sources = object.numbers[format::kSourceVertices];
+    sources.below = stored + random.below(3);
+    sources.values.resize(stored);
+    for (uint32_t& value : sources.values) value = random.below(stored);
+    object.skin = random_skin(random, sources.below, 4 * random.below(3), 1 + random.below(2));
+  }
+  format::Skin& skin = *object.skin;
+  if (!skin.weights.empty()) {
+    const uint32_t at = random.below(uint32_t(skin.weights.size()));
+    skin.weights[at] = random.below(4) ? 1 - skin.weights[at] : changed_float(skin.weights[at], random);
+    skin.joints[at] = uint16_t(random.below(skin.joint_count + 1));
+  }
+  if (!skin.targets.empty()) {
+    float& move = skin.targets[random.below(uint32_t(skin.targets.size()))][random.below(3)];
+    move = changed_float(move, random);
+  }
+  if (random.below(8) == 0) skin.joint_count = changed_word(skin.joint_count, random);
+}
+
 /// Numbers of another kind, others of them, or another count that they are below.
 void mutate_numbers(format::Object& object, Random& random) {
   if (random.below(4) == 0) {
@@ -556,6 +581,7 @@ Bytes mutate_asset(const Bytes& file, Random& random) {
     case 5:
       if (object.triangles) {
         mutate_numbers(object, random);
+        if (random.below(2)) mutate_skin(object, random);
         break;
       }
       [[fallthrough]];

@@ -32,6 +32,7 @@ struct RandomAssetOptions {
   uint32_t primaries = 0;  ///< objects with a field for primary rays, the first so many of all
   uint32_t features = 0;   ///< of each corner; 0: any number
   uint32_t colors = 0;     ///< objects with colours of surface voxels, the first with a grid
+  uint32_t skins = 0;      ///< `bvh` objects with vertices of a source and a skin, the first ones
   uint32_t sources = 0;    ///< objects with numbers of triangles in a source mesh, the first with a BVH
   /// Which payloads a file has coded, bits of kCodedAll. Features and planes are then less random, because coding
   /// could not shorten them otherwise. Objects with an even number state all proven sides.
@@ -435,6 +436,41 @@ inline void add_colors(uint64_t seed, uint32_t count, format::Asset& asset) {
   }
 }
 
+/// Weights, joints and targets for a source of so many vertices.
+inline format::Skin random_skin(Random& random, uint32_t vertices, uint32_t influences, uint32_t targets) {
+  format::Skin skin{vertices, influences == 0 ? 0 : 1 + random.below(9), influences, targets, {}, {}, {}};
+  for (uint32_t v = 0; v < vertices; ++v) {
+    std::vector<float> weights;
+    float sum = 0;
+    for (uint32_t k = 0; k < influences; ++k)
+      sum += weights.emplace_back(random.below(3) ? random.unit() : 0.0f);
+    for (uint32_t k = 0; k < influences; ++k) {
+      skin.weights.push_back(sum > 0 ? weights[k] / sum : k == 0 ? 1.0f : 0.0f);
+      skin.joints.push_back(uint16_t(random.below(skin.joint_count)));
+    }
+  }
+  for (uint32_t i = 0; i < vertices * targets; ++i)
+    skin.targets.push_back({random.between(-1.0f, 1.0f), 0, random.between(-0.1f, 0.1f)});
+  return skin;
+}
+
+/// As sources.
+inline void add_skins(uint64_t seed, uint32_t count, format::Asset& asset) {
+  Random random(seed + 0x736b696e);
+  for (format::Object& object : asset.objects) {
+    if (!object.triangles || object.planes || object.holes || count == 0) continue;
+    const auto stored = uint32_t(object.triangles->vertices.size());
+    const uint32_t vertices = stored + random.below(10);
+    format::Numbers& sources = object.numbers[format::kSourceVertices];
+    sources.below = vertices;
+    sources.values.resize(stored);
+    for (uint32_t v = 0; v < stored; ++v) sources.values[v] = v;
+    const uint32_t influences = 4 * random.below(3);
+    object.skin = random_skin(random, vertices, influences, random.below(3) + (influences == 0));
+    --count;
+  }
+}
+
 inline format::Asset random_asset(uint64_t seed, const RandomAssetOptions& options = {}) {
   Random random(seed);
   format::Asset asset;
@@ -510,6 +546,7 @@ inline format::Asset random_asset(uint64_t seed, const RandomAssetOptions& optio
   add_sources(seed, options.sources, asset);
   add_colors(seed, options.colors, asset);
   if (options.numbers) add_numbers(seed, asset);
+  add_skins(seed, options.skins, asset);
   if (options.settings) add_settings(seed, asset);
   add_levels(seed, options.levels, asset);
   if (options.proves_nothing) asset.prover = 0;

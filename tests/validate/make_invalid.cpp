@@ -494,6 +494,34 @@ void break_holes(Collection& collection) {
   collection.offer(file_of(good, parts));
 }
 
+/// Skins that do not go with their objects, and values that are out of range.
+void break_skins(Collection& collection) {
+  RandomAssetOptions options;
+  options.objects = options.instances = 0;
+  options.max_voxels = 6;
+  options.exacts = options.bvhs = options.skins = 1;
+  format::Asset asset = random_asset(1, options);
+  Random random(1);
+  format::Skin& skin = *asset.objects[0].skin;
+  skin = random_skin(random, skin.vertex_count, 4, 1);
+  const Bytes good = format::encode(asset);
+  const auto record = [&](const std::function<void(format::SkinRecord&)>& change) {
+    collection.offer(with_record<format::SkinRecord>(good, format::kSkinRecords, 0, change));
+  };
+  record([](auto& r) { r.object = 1; });
+  record([](auto& r) { ++r.vertices; });
+  record([](auto& r) { r.joints = kernels::kMostJoints + 1; });
+  record([](auto& r) { r.influences = 5; });
+  const auto value = [&](const std::function<void(format::Skin&)>& change) {
+    format::Skin changed = skin;
+    change(changed);
+    collection.offer(with_skin(good, 0, changed));
+  };
+  value([](auto& s) { s.weights[0] = 2; });
+  value([](auto& s) { s.joints[0] = uint16_t(s.joint_count); });
+  value([](auto& s) { s.targets[0][0] = 2 * format::kMostMove; });
+}
+
 /// Levels, instances and flags that contradict each other, or that are unknown.
 void break_placing(Collection& collection) {
   const Bytes good =
@@ -533,6 +561,7 @@ void break_by_hand(Collection& collection) {
   }
   break_optional(collection);
   break_holes(collection);
+  break_skins(collection);
   break_placing(collection);
 }
 

@@ -117,6 +117,8 @@ void print_summary(const Arguments& arguments, const mesh::Scene& scene, const b
     fmt::print("including {} for the numbers of source triangles\n", shown(source));
   if (const uint64_t colors = bytes["colors"].get<uint64_t>())
     fmt::print("including {} for colours\n", shown(colors));
+  if (const uint64_t bending = bytes["numbers"].get<uint64_t>() + bytes["skin"].get<uint64_t>())
+    fmt::print("including {} for vertices that move, with joints and weights\n", shown(bending));
   constexpr size_t kShown = 20;
   for (size_t i = 0; i < std::min(kShown, result.objects.size()); ++i) {
     const bake::ObjectReport& object = result.objects[i];
@@ -346,6 +348,7 @@ void run(const Arguments& arguments, const Command& command) {
   progress.update(0, "reading " + shown_name(arguments.mesh));
   mesh::ReadLimits limits;
   limits.colors = options.colors;
+  limits.skins = options.deforms;
   limits.format = arguments.format;
   limits.choice = arguments.bake.choice;
   limits.alpha = resolve_alpha(arguments.bake);

@@ -32,7 +32,7 @@ std::string bytes_line(const nlohmann::ordered_json& bytes,
   std::string parts;
   for (const auto& [name, count] : bytes.items()) {
     if (name == "file" || name == "resident" || name == "primary" || name == "source_triangles" ||
-        name == "numbers" || name == "colors" || name == "parts")
+        name == "numbers" || name == "colors" || name == "skin" || name == "parts")
       continue;
     parts += fmt::format("{}{} {}", parts.empty() ? "" : ", ", name, text(count.get<uint64_t>()));
   }

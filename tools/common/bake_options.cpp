@@ -210,6 +210,13 @@ bake::BakeOptions resolve_options(const BakeArguments& arguments) {
         fmt::format("--encoding {} and --source-triangles cannot be used together: it stores no triangles",
                     encoding_name));
   options.source_triangles = arguments.source_triangles;
+  if (arguments.deforms && ((kind && encoding_name != "bvh") || arguments.colors || arguments.open_rays))
+    throw Error(Status::usage,
+                fmt::format("{} and --deforms cannot be used together: what bends is a bvh object",
+                            arguments.colors      ? "--colors"
+                            : arguments.open_rays ? "--open-rays"
+                                                  : "--encoding " + encoding_name));
+  options.deforms = arguments.deforms;
   if (arguments.colors && (spherical || !bake::has_grids(encoding_name)))
     throw Error(Status::usage,
                 fmt::format("--encoding {} and --colors cannot be used together: it has no voxels that could "
@@ -303,6 +310,11 @@ void add_bake_options(Command command, BakeArguments& arguments) {
                    "Exact objects keep the numbers that their triangles have in the source mesh, for first "
                    "hits (nifIntersect): up to 32 bits per triangle. Otherwise, hits number triangles in the "
                    "order of the asset");
+  command.add_flag(
+      "--deforms", arguments.deforms,
+      "What skins and morph targets of a glTF bend becomes a bvh object whose instances can bend: by "
+      "nifPoseInstance, or by vertices that the program gives (nifSetInstanceVertices). In a file in which "
+      "nothing bends, all objects do. Takes the shape in which meshes are bound to their joints");
   command.add_flag("--colors", arguments.colors,
                    "Keep the mean base colour of the surface in each voxel, for first hits: glTF materials "
                    "with their pictures, and vertex colours. 2 bytes per surface voxel. auto and exact then "

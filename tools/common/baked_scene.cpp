@@ -45,6 +45,8 @@ mesh::ReadLimits limits_as_baked(std::string_view metadata, const std::string& a
   if (!root.is_object()) return limits;
   const nlohmann::json::json_pointer at("/options/colors");
   if (root.contains(at)) limits.colors = root.at(at) == true;
+  const nlohmann::json::json_pointer deforms("/options/deforms");
+  if (root.contains(deforms)) limits.skins = root.at(deforms) == true;
   if (root.contains("choice")) {
     limits.choice.only = patterns_of(root.at("choice"), "only", asset);
     limits.choice.except = patterns_of(root.at("choice"), "except", asset);

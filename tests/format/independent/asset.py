@@ -30,7 +30,7 @@ class Asset:
     """objects: each has answer(origin, direction, tmin, tmax), which returns (logit, visible, certain); hit() of the
     same; and for scenes box(), scale and proven. None where this reader cannot answer it.
     items: their records. encodings: what each one is called.
-    numbers: by kind and object. source_triangles: those of kind 1. colours: by object.
+    numbers: by kind and object. source_triangles: those of kind 1. colours, skins: by object.
     placed: of each instance its object, transform and remainder, and whether a ray can meet it.
     """
 
@@ -49,6 +49,7 @@ class Asset:
         self.numbers = extras.read_numbers(file, only)
         self.source_triangles = self.numbers[extras.SOURCE_TRIANGLES]
         self.colours = extras.read_colours(file, only)
+        self.skins = extras.read_skins(file, self.numbers[extras.SOURCE_VERTICES], only)
         self.instances = file.instances
         self.placed = [(x.item, x.transform, x.remainder, x.can_be_met) for x in file.instances]
         if not file.instances and not file.places_nothing:

@@ -19,6 +19,7 @@ PLACES = {
     "PRIM": ("PVAL", (48,)),
     "NUMS": ("NVAL", (16,)),
     "COLR": ("CVAL", (16,)),
+    "SKIN": ("SVAL", (24,)),
 }
 
 

@@ -37,6 +37,8 @@ SECTIONS = {
     "NVAL": (PAYLOADS, 0),
     "COLR": (0, 40),
     "CVAL": (PAYLOADS, 0),
+    "SKIN": (0, 48),
+    "SVAL": (PAYLOADS, 0),
     "META": (0, 0),
 }
 PAYLOAD = "QQII"  # in the layout of a record
@@ -182,7 +184,7 @@ class Shell:
             self._check_kind(section)
         for name in ("OBJS", "INST", "NAME", "DATA"):
             require(name in self.sections, "section table", f"{name} is missing")
-        for first, second in (("PRIM", "PVAL"), ("NUMS", "NVAL"), ("COLR", "CVAL")):
+        for first, second in (("PRIM", "PVAL"), ("NUMS", "NVAL"), ("COLR", "CVAL"), ("SKIN", "SVAL")):
             both = (first in self.sections) == (second in self.sections)
             require(both, first, f"{first} and {second} are only there together")
             require(first not in self.sections or self.sections[first].size, first, "no record")
