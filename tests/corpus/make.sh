@@ -17,6 +17,7 @@ golden=tests/golden corpus=tests/corpus/asset
 "$bin/make_golden" 4 $golden/v2-bvh 2
 "$bin/make_golden" 3 $golden/v2-colors 1 0 7 1 1 0 3
 "$bin/make_golden" 46 $golden/v2-cutout 1 0 0 0 0 2 0 0 4
+"$bin/make_golden" 49 $golden/v2-bending 3 0 0 0 0 2 0 0 0 3
 "$bin/make_golden" 3 $golden/v2-exact 0 0 7 3
 "$bin/make_golden" 20 $golden/v2-leaning
 "$bin/make_golden" 4 $golden/v2-objects 0 0 7

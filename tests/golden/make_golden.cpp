@@ -1,8 +1,8 @@
-// make_golden SEED NAME [BVHS [SPHERICALS [CODED [EXACTS [PROOFS [SOURCES [COLORS [TRANSLATIONS [CUTOUTS]]]]]]]]]:
+// make_golden SEED NAME [BVHS [SPHERICALS [CODED [EXACTS [PROOFS [SOURCES [COLORS [TRANSLATIONS [CUTOUTS [SKINS]]]]]]]]]]:
 // writes NAME.nif, with so many `bvh`, `spherical`, `exact` and `proof` objects after the others, coded what
 // the bits of CODED say (test::kCodedAll), so many of all with source triangles, so many with colours, and if
-// TRANSLATIONS is not 0 with instances where floats are too coarse, and so many `cutout` objects; and NAME.answers
-// and NAME.hits. For what the format newly holds only: files that are in this folder are never made anew.
+// TRANSLATIONS is not 0 with instances where floats are too coarse, so many `cutout` objects, and so many `bvh`
+// objects that bend; and NAME.answers and NAME.hits. For what the format newly holds only: files that are in this folder are never made anew.
 //
 // make_golden --row SEED NAME: likewise, with a row of voxels, once with a network and once without. Rays have
 // more open cells than are kept.
@@ -167,7 +167,7 @@ void move_far_away(uint64_t seed, format::Asset& asset) {
 
 void make(uint64_t seed, const std::string& name, uint32_t bvhs, uint32_t sphericals, uint32_t coded,
           uint32_t exacts, uint32_t proofs, uint32_t sources, uint32_t colors, bool translations,
-          uint32_t cutouts) {
+          uint32_t cutouts, uint32_t skins) {
   test::RandomAssetOptions options;
   options.objects = 1 + uint32_t(seed % 3);
   options.instances = 2 * uint32_t(seed % 3);
@@ -180,6 +180,7 @@ void make(uint64_t seed, const std::string& name, uint32_t bvhs, uint32_t spheri
   options.sources = sources;
   options.colors = colors;
   options.cutouts = cutouts;
+  options.skins = skins;
   format::Asset asset = test::random_asset(seed, options);
   if (options.instances == 0) asset.metadata.clear();
   if (translations) move_far_away(seed, asset);
@@ -206,10 +207,10 @@ void add_hits(uint64_t seed, const std::string& path) {
 int main(int argc, char** argv) {
   const bool hits = argc > 3 && argv[1] == std::string_view("--hits");
   const bool row = argc == 4 && argv[1] == std::string_view("--row");
-  if (!hits && !row && (argc < 3 || argc > 12)) {
+  if (!hits && !row && (argc < 3 || argc > 13)) {
     std::fprintf(stderr,
                  "usage: make_golden SEED NAME [BVHS [SPHERICALS [CODED [EXACTS [PROOFS [SOURCES [COLORS "
-                 "[TRANSLATIONS [CUTOUTS]]]]]]]]]\n"
+                 "[TRANSLATIONS [CUTOUTS [SKINS]]]]]]]]]]\n"
                  "       make_golden --row SEED NAME\n"
                  "       make_golden --hits SEED FILE.nif...\n");
     return int(Status::usage);
@@ -222,7 +223,7 @@ int main(int argc, char** argv) {
       make_row(std::strtoull(argv[2], nullptr, 10), argv[3]);
     else
       make(std::strtoull(argv[1], nullptr, 10), argv[2], count(3), count(4), count(5), count(6), count(7),
-           count(8), count(9), count(10) != 0, count(11));
+           count(8), count(9), count(10) != 0, count(11), count(12));
   } catch (const Error& error) {
     std::fprintf(stderr, "%s\n", error.what());
     return int(error.status());

@@ -31,6 +31,7 @@ Positions posed(const Positions& rest, const format::Skin& skin, const Joints& j
       for (size_t column = 0; column < 4; ++column)
         for (size_t k = 0; k < skin.influences; ++k) {
           const size_t at = v * skin.influences + k;
+          if (k != 0 && skin.weights[at] == 0) continue;
           const float part = joints[skin.joints[at]][4 * row + column] * skin.weights[at];
           mean[column] = k == 0 ? part : mean[column] + part;
         }

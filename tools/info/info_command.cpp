@@ -38,7 +38,7 @@ nlohmann::ordered_json describe_object(const format::AssetView& view, uint32_t i
   if (const format::NumbersView* source = view.numbers_of(index, format::kSourceTriangles))
     json["source_triangles"] = source->below;
   if (const format::NumbersView* source = view.numbers_of(index, format::kSourceVertices))
-    json["vertices"] = source->below;
+    json["source_vertices"] = source->below;
   if (const format::SkinView* skin = view.skin_of(index)) {
     json["joints"] = skin->field.joint_count;
     json["influences"] = skin->field.influences;

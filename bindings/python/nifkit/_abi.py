@@ -159,6 +159,10 @@ class NifObjectInfo(Structure):
         ("level", c_uint32),
         ("error", c_float),
         ("unsupported", c_char_p),
+        ("vertices", c_uint32),
+        ("joints", c_uint32),
+        ("targets", c_uint32),
+        ("reserved", c_uint32),
     ]
 
 
@@ -172,6 +176,16 @@ class NifAssetInstanceInfo(Structure):
         ("user", c_uint64),
         ("mask", c_uint32),
         ("flags", c_uint32),
+    ]
+
+
+class NifPose(Structure):
+    _fields_ = [
+        ("struct_size", c_uint64),
+        ("joints", c_void_p),
+        ("weights", c_void_p),
+        ("joint_count", c_uint32),
+        ("target_count", c_uint32),
     ]
 
 
@@ -293,6 +307,8 @@ FUNCTIONS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "nifRemoveInstance": (c_int32, (c_void_p, c_uint32)),
     "nifSetInstanceTransform": (c_int32, (c_void_p, c_uint32, c_void_p)),
     "nifSetInstanceTransforms": (c_int32, (c_void_p, c_uint64, c_void_p, c_void_p, c_uint64)),
+    "nifSetInstanceVertices": (c_int32, (c_void_p, c_uint32, c_void_p, c_uint64)),
+    "nifPoseInstance": (c_int32, (c_void_p, c_uint32, POINTER(NifPose))),
     "nifSetInstanceOrigin": (c_int32, (c_void_p, c_uint32, c_void_p)),
     "nifSetSceneOrigin": (c_int32, (c_void_p, c_void_p)),
     "nifSetInstanceMask": (c_int32, (c_void_p, c_uint32, c_uint32)),

@@ -60,6 +60,12 @@ class Object(NamedTuple):
     """The largest distance of its surface from the source's, in object units; 0: none or unknown."""
     unsupported: str
     """Why this version cannot answer the object, which cannot be placed then; "" for all others."""
+    vertices: int
+    """Vertices of the source mesh, if instances can bend (`Scene.set_instance_vertices()`); 0: they cannot."""
+    joints: int
+    """Of its skin (`Scene.pose_instance()`); 0: it has none."""
+    targets: int
+    """Its morph targets."""
 
 
 class AssetInstance(NamedTuple):
@@ -210,7 +216,7 @@ def _object(info: NifObjectInfo) -> Object:
     return Object(
         text(info.name), encoding, int(info.network), kept([info.bounds_min, info.bounds_max]), float(info.bias),
         int(info.triangles), int(info.resident_bytes), bool(info.proves), int(info.source_triangles), bool(info.colors),
-        int(info.level), float(info.error), text(info.unsupported),
+        int(info.level), float(info.error), text(info.unsupported), int(info.vertices), int(info.joints), int(info.targets),
     )
 
 

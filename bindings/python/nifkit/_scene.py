@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any, Callable, Mapping, Optional, Sequence, Un
 
 import numpy as np
 
-from ._abi import ErrorCode, InstanceFlags, NifAnswers, NifFallback, NifHits, NifInstanceInfo, NifOpenRays, NifSceneInfo
+from ._abi import (
+    ErrorCode, InstanceFlags, NifAnswers, NifFallback, NifHits, NifInstanceInfo, NifObjectInfo, NifOpenRays, NifPose, NifSceneInfo,
+)  # fmt: skip
 from ._answers import ANSWER_KINDS, HIT_KINDS, Answers, Hits, Instance, OpenRays
 from ._asset import Asset
 from ._device import Device, check_device, default_device
@@ -156,6 +158,46 @@ class Scene(Handle):
         with self._using(change=True) as scene:
             if len(matrices):
                 check(lib.nifSetInstanceTransforms(scene, len(matrices), _address(numbers), _address(matrices), 48))
+
+    def set_instance_vertices(self, instance: int, positions: Optional[npt.ArrayLike]) -> None:
+        """Gives one instance vertices of its own, which take effect at the next commit.
+
+        Args:
+            positions: [`Object.vertices`, 3] in object space, in the order of the source mesh; None: those at rest.
+        """
+        points = None if positions is None else _rows(positions, "positions", 3)
+        with self._using(change=True) as scene:
+            if points is not None:
+                count = self._object_of(scene, instance).vertices
+                if count and len(points) != count:
+                    raise ValueError(f"positions: {count} vertices are needed, as many as the source has, not {len(points)}")
+            check(lib.nifSetInstanceVertices(scene, _number("instance", instance), _address(points), 12))
+
+    def pose_instance(
+        self, instance: int, joints: npt.ArrayLike, weights: Optional[npt.ArrayLike] = None
+    ) -> None:
+        """Moves the vertices of one instance by the skin of its object; takes effect at the next commit.
+
+        Args:
+            joints: [`Object.joints`, 3, 4] or [..., 4, 4] matrices from the mesh in its bind pose to object space.
+            weights: [`Object.targets`] of the morph targets; None: all are 0.
+        """
+        matrices = _matrices(joints, "transforms")
+        shares = None if weights is None else _rows(weights, "weights", 0)
+        pose = NifPose(
+            joints=_address(matrices), joint_count=len(matrices),
+            weights=_address(shares), target_count=0 if shares is None else len(shares),
+        )  # fmt: skip
+        with self._using(change=True) as scene:
+            check(lib.nifPoseInstance(scene, _number("instance", instance), ctypes.byref(pose)))
+
+    @staticmethod
+    def _object_of(scene: Any, instance: int) -> NifObjectInfo:
+        """Of an instance's object; the scene must not change meanwhile."""
+        placed, info = NifInstanceInfo(), NifObjectInfo()
+        check(lib.nifGetInstanceInfo(scene, _number("instance", instance), ctypes.byref(placed)))
+        check(lib.nifGetObjectInfo(placed.asset, placed.object, ctypes.byref(info)))
+        return info
 
     def set_instance_origin(self, instance: int, origin: Optional[npt.ArrayLike]) -> None:
         """Sets an instance's origin, which is added to its transform's translation in double precision.
@@ -537,6 +579,17 @@ def _place(origin: Optional[npt.ArrayLike]) -> Optional[npt.NDArray[np.float64]]
     if place.shape != (3,):
         raise ValueError(f"origin: an array of shape (3,) is needed, not {place.shape}")
     return np.ascontiguousarray(place, dtype=np.float64)
+
+
+def _rows(values: npt.ArrayLike, name: str, width: int) -> Floats:
+    """[n, width], or [n] with a width of 0."""
+    rows = np.asarray(values)
+    if rows.dtype.kind not in "fiu":
+        raise TypeError(f"{name}: numbers are needed, not {rows.dtype}")
+    if rows.shape[1:] != ((width,) if width else ()) or rows.ndim == 0:
+        raise ValueError(f"{name}: an array of shape {f'(n, {width})' if width else '(n,)'} is needed, not {rows.shape}")
+    with np.errstate(over="ignore"):
+        return np.ascontiguousarray(rows, dtype=np.float32)
 
 
 def _address(array: Optional[npt.NDArray[Any]]) -> Optional[int]:

@@ -352,6 +352,21 @@ class Scene : public Handle<NifScene, nifRetainScene, nifReleaseScene> {
     check(nifSetInstanceTransforms(pointer_, transforms.size(), nullptr, transforms[0].data(),
                                    sizeof(Transform)));
   }
+  /// [NifObjectInfo::vertices], in object space; none: those at rest.
+  void set_instance_vertices(uint32_t instance, std::span<const std::array<float, 3>> positions) {
+    const float* const first = positions.empty() ? nullptr : positions[0].data();
+    check(nifSetInstanceVertices(pointer_, instance, first, sizeof(positions[0])));
+  }
+  /// joints: [NifObjectInfo::joints]. weights: of the morph targets, [NifObjectInfo::targets], or none.
+  void pose_instance(uint32_t instance, std::span<const Transform> joints,
+                     std::span<const float> weights = {}) {
+    auto pose = sized<NifPose>();
+    pose.joints = joints.empty() ? nullptr : joints[0].data();
+    pose.joint_count = uint32_t(joints.size());
+    pose.weights = weights.data();
+    pose.target_count = uint32_t(weights.size());
+    check(nifPoseInstance(pointer_, instance, &pose));
+  }
   void set_instance_origin(uint32_t instance, const std::array<double, 3>& origin) {
     check(nifSetInstanceOrigin(pointer_, instance, origin.data()));
   }

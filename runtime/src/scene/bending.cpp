@@ -161,14 +161,15 @@ NIF_COMPUTES void BentObject::move_by_skin(const NifPose& pose) {
     }
     const float* const weights = skin.weights + source * skin.influences;
     const uint16_t* const joints = skin.joints + source * skin.influences;
+    const Vertex* joint = &joints_[size_t{joints[0]} * kColumns];
     Float4 mean[kColumns];
-    for (uint32_t k = 0; k < skin.influences; ++k) {
-      const Vertex* const joint = &joints_[size_t{joints[k]} * kColumns];
-      const Float4 weight = all_of(weights[k]);
-      for (uint32_t column = 0; column < kColumns; ++column) {
-        const Float4 part = load4(joint[column].at) * weight;
-        mean[column] = k == 0 ? part : mean[column] + part;
-      }
+    for (uint32_t column = 0; column < kColumns; ++column)
+      mean[column] = load4(joint[column].at) * all_of(weights[0]);
+    for (uint32_t k = 1; k < skin.influences; ++k) {
+      if (weights[k] == 0) continue;  // most vertices have one joint or two
+      joint = &joints_[size_t{joints[k]} * kColumns];
+      for (uint32_t column = 0; column < kColumns; ++column)
+        mean[column] = mean[column] + load4(joint[column].at) * all_of(weights[k]);
     }
     store4(positions_[v].at,
            ((mean[0] * all_of(from.at[0]) + mean[1] * all_of(from.at[1])) + mean[2] * all_of(from.at[2])) +
