@@ -18,6 +18,7 @@ struct Clip {
   std::string name;           ///< UTF-8; may be empty
   double begin = 0, end = 0;  ///< in seconds, of the first and the last key
   uint64_t channels = 0;      ///< that move or deform something
+  size_t number = 0;          ///< in the file, from 0 on
 };
 
 }  // namespace nif::mesh

@@ -8,28 +8,18 @@
 
 #include <algorithm>
 #include <array>
-#include <exception>
 #include <memory>
-#include <new>
-#include <stdexcept>
 
-#include "formats/base/file_name.hpp"
 #include "formats/mesh/decompress.hpp"
-#include "formats/mesh/file_bytes.hpp"
 #include "formats/mesh/gltf/attach.hpp"
 #include "formats/mesh/readers.hpp"
 #include "formats/mesh/text_cursor.hpp"
+#include "formats/mesh/whole_file.hpp"
 
 namespace nif::mesh {
 namespace {
 
 using namespace detail;
-
-Input describe(const std::filesystem::path& file, std::string_view bytes, const ReadLimits& limits) {
-  if (file == kStandardInput) return {kStandardInputName, "stdin", "", bytes, limits};
-  const std::filesystem::path name = unpacked_name(file);
-  return {file, name.stem().string(), ending_of(name), bytes, limits};
-}
 
 /// Refuses files that are unmistakably something else than a mesh.
 void refuse_strangers(const Input& input) {
@@ -93,7 +83,58 @@ Scene read_format(const Input& input, std::vector<ExternalFile>& external) {
              "or .zst");
 }
 
-uint64_t hash(const FilePieces& main, const std::vector<ExternalFile>& external) {
+Scene read_checked(const std::filesystem::path& file, std::string_view bytes, const ReadLimits& limits) {
+  Input input = describe(file, bytes, limits);
+  refuse_strangers(input);
+  skip_byte_order_mark(input);
+  std::vector<ExternalFile> external;
+  Scene scene = read_format(input, external);
+  if (limits.moment && !looks_like_gltf(input.bytes))
+    input.fail(Status::usage, "has no clips: only glTF has animations");
+  check(input, scene);
+  scene.source_hash = source_hash(input, bytes, external);
+  scene.choice = limits.choice;
+  scene.alpha = limits.alpha;
+  std::vector<std::string> files;
+  if (file != kStandardInput) files.push_back(file.string());
+  for (const ExternalFile& buffer : external) files.push_back(buffer.path.string());
+  scene.files.insert(scene.files.begin(), files.begin(), files.end());  // before pictures
+  return scene;
+}
+
+}  // namespace
+
+namespace detail {
+
+ByteBuffer load_unpacked(const std::filesystem::path& file, const ReadLimits& limits) {
+  const bool standard = file == kStandardInput;
+  const std::filesystem::path name = standard ? kStandardInputName : file;
+  ByteBuffer bytes = standard ? load_standard_input(limits.max_decompressed_bytes)
+                              : load_file(file, limits.max_decompressed_bytes);
+  return decompress(std::move(bytes), name, limits);
+}
+
+Input describe(const std::filesystem::path& file, std::string_view bytes, const ReadLimits& limits) {
+  if (file == kStandardInput) return {kStandardInputName, "stdin", "", bytes, limits};
+  const std::filesystem::path name = unpacked_name(file);
+  return {file, name.stem().string(), ending_of(name), bytes, limits};
+}
+
+void skip_byte_order_mark(Input& input) {
+  if (input.bytes.starts_with("\xEF\xBB\xBF")) input.bytes.remove_prefix(3);
+}
+
+bool is_gltf(const Input& input) {
+  const std::string& format = input.limits.format;
+  return format.empty() ? looks_like_gltf(input.bytes) : format == "gltf" || format == "glb";
+}
+
+uint64_t source_hash(const Input& input, std::string_view bytes, const std::vector<ExternalFile>& external) {
+  FilePieces main;
+  if (looks_like_gltf(input.bytes))
+    main = without_attachment(input.file, bytes);
+  else
+    main.refer(bytes);
   const std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state(XXH3_createState(),
                                                                               &XXH3_freeState);
   if (!state) throw std::bad_alloc();
@@ -105,58 +146,11 @@ uint64_t hash(const FilePieces& main, const std::vector<ExternalFile>& external)
   return XXH3_64bits_digest(state.get());
 }
 
-Scene read_checked(const std::filesystem::path& file, std::string_view bytes, const ReadLimits& limits) {
-  Input input = describe(file, bytes, limits);
-  refuse_strangers(input);
-  // A byte order mark would hide the first word of a text.
-  if (input.bytes.starts_with("\xEF\xBB\xBF")) input.bytes.remove_prefix(3);
-  std::vector<ExternalFile> external;
-  Scene scene = read_format(input, external);
-  if (limits.moment && !looks_like_gltf(input.bytes))
-    input.fail(Status::usage, "has no clips: only glTF has animations");
-  check(input, scene);
-  FilePieces source;
-  if (looks_like_gltf(input.bytes))
-    source = without_attachment(input.file, bytes);
-  else
-    source.refer(bytes);
-  scene.source_hash = hash(source, external);
-  scene.choice = limits.choice;
-  scene.alpha = limits.alpha;
-  std::vector<std::string> files;
-  if (file != kStandardInput) files.push_back(file.string());
-  for (const ExternalFile& buffer : external) files.push_back(buffer.path.string());
-  scene.files.insert(scene.files.begin(), files.begin(), files.end());  // before pictures
-  return scene;
-}
-
-ByteBuffer load_input(const std::filesystem::path& file, uint64_t max_bytes) {
-  return file == kStandardInput ? load_standard_input(max_bytes) : load_file(file, max_bytes);
-}
-
-/// Libraries throw anything; callers are promised an Error.
-template <class Work>
-Scene promised(const std::filesystem::path& path, Work&& work) {
-  const std::filesystem::path file = path == kStandardInput ? kStandardInputName : path;
-  try {
-    return work();
-  } catch (const Error&) {
-    throw;
-  } catch (const std::bad_alloc&) {
-    throw Error(Status::too_large, file.string() + ": needs more memory than there is");
-  } catch (const std::length_error&) {
-    throw Error(Status::too_large, file.string() + ": needs more memory than there is");
-  } catch (const std::exception& error) {
-    throw Error(Status::malformed_mesh, file.string() + ": cannot be read (" + error.what() + ")");
-  }
-}
-
-}  // namespace
+}  // namespace detail
 
 Scene read(const std::filesystem::path& file, const ReadLimits& limits) {
   return promised(file, [&] {
-    const std::filesystem::path name = file == kStandardInput ? kStandardInputName : file;
-    const ByteBuffer bytes = decompress(load_input(file, limits.max_decompressed_bytes), name, limits);
+    const ByteBuffer bytes = load_unpacked(file, limits);
     return read_checked(file, bytes.view(), limits);
   });
 }

@@ -6,8 +6,9 @@
 #include <numbers>
 
 #include "formats/base/status.hpp"
+#include "formats/mesh/poser.hpp"
 #include "formats/mesh/read.hpp"
-#include "tests/support/gltf.hpp"
+#include "tests/support/character.hpp"
 #include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
@@ -39,6 +40,7 @@ class Clips : public testing::Test {
   }
   json& clip() { return gltf_.json["animations"][0]; }
   mesh::Scene read(double time, const std::string& name = "go") const {
+    expect_posed_as_read("a.glb", gltf_.glb(), {name, time});
     return mesh::read("a.glb", gltf_.glb(), {.moment = mesh::Moment{name, time}});
   }
   Transform place(double time) const { return read(time).instances.at(0).transform; }
@@ -47,13 +49,20 @@ class Clips : public testing::Test {
     for (size_t i = 0; i < 12; ++i) EXPECT_NEAR(found[i], expected[i], 1e-6) << time << ' ' << i;
   }
   void expect_refused(Status status, const std::string& part, const std::string& name = "go") const {
-    try {
-      read(0, name);
-      ADD_FAILURE() << "was read; expected: " << part;
-    } catch (const Error& error) {
-      EXPECT_EQ(error.status(), status) << error.what();
-      EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
-    }
+    const auto refused = [&](const auto& work) {
+      try {
+        work();
+        ADD_FAILURE() << "was read; expected: " << part;
+      } catch (const Error& error) {
+        EXPECT_EQ(error.status(), status) << error.what();
+        EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
+      }
+    };
+    const std::string bytes = gltf_.glb();
+    refused([&] { mesh::read("a.glb", bytes, {.moment = mesh::Moment{name, 0}}); });
+    const mesh::ReadLimits keeping{.skins = true};
+    const mesh::Poser poser("a.glb", bytes, mesh::read("a.glb", bytes, keeping), keeping);
+    refused([&] { poser.at({name, 0}); });
   }
   static Transform at(float x, float y, float z) { return {1, 0, 0, x, 0, 1, 0, y, 0, 0, 1, z}; }
 

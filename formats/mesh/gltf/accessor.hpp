@@ -17,6 +17,9 @@ class Value;
 
 namespace nif::mesh::detail {
 
+/// The structure of a file: GltfSource::json. Throws malformed_mesh.
+tinygltf::Model parse_model(const Input& input, const std::string& json);
+
 /// A member of a value of any type; a null value if there is none. (Value::Get() requires an object.)
 const tinygltf::Value& member_of(const tinygltf::Value& value, const char* name);
 

@@ -28,6 +28,10 @@ constexpr std::pair<const char*, Path> kPaths[] = {{"translation", Path::transla
 /// Numbers of keys that are read of a file: accessors may overlap, so a small file could ask for very many.
 constexpr uint64_t kMostNumbers = uint64_t{1} << 28;
 
+std::string shown(const GltfClip& clip, size_t number) {
+  return clip.name.empty() ? fmt::format("clip {}", number) : fmt::format("clip '{}'", short_name(clip.name));
+}
+
 std::optional<Path> path_of(std::string_view name) {
   for (const auto& [known, path] : kPaths)
     if (name == known) return path;
@@ -81,52 +85,6 @@ bool read_sampler(const json& animation, const json& channel, GltfChannel& to) {
     return false;
   return true;
 }
-
-std::string shown(const GltfClip& clip, size_t number) {
-  return clip.name.empty() ? fmt::format("clip {}", number) : fmt::format("clip '{}'", short_name(clip.name));
-}
-
-/// Reads keys, each accessor once.
-class Keys {
- public:
-  Keys(const Input& input, const GltfData& data) : input_(input), data_(data) {}
-
-  /// Finite, ascending, at least one.
-  const std::vector<float>& times(int accessor) {
-    const auto [at, added] = times_.try_emplace(accessor);
-    if (!added) return at->second;
-    at->second = read(accessor, 1);
-    const std::vector<float>& times = at->second;
-    const bool ascending = std::adjacent_find(times.begin(), times.end(),
-                                              [](float a, float b) { return !(a < b); }) == times.end();
-    if (times.empty() || !ascending || !std::isfinite(times.front()) || !std::isfinite(times.back()))
-      input_.fail(
-          Status::malformed_mesh,
-          fmt::format("accessor {} has no times of keys: there must be some, each later than the one before",
-                      accessor));
-    return times;
-  }
-  const std::vector<float>& values(int accessor, int components) {
-    const auto [at, added] = values_.try_emplace({accessor, components});
-    if (added) at->second = read(accessor, components);
-    return at->second;
-  }
-
- private:
-  std::vector<float> read(int accessor, int components) {
-    read_ += data_.count(accessor) * uint64_t(components);
-    if (read_ > kMostNumbers)
-      input_.fail(Status::too_large,
-                  fmt::format("has more than {} numbers in keys of animations", kMostNumbers));
-    return data_.keys(accessor, components);
-  }
-
-  const Input& input_;
-  const GltfData& data_;
-  std::map<int, std::vector<float>> times_;
-  std::map<std::pair<int, int>, std::vector<float>> values_;
-  uint64_t read_ = 0;
-};
 
 using Numbers = std::vector<double>;
 
@@ -205,22 +163,6 @@ int components_of(Path path) {
   }
 }
 
-size_t number_of(const Input& input, const std::vector<GltfClip>& clips, const std::string& name) {
-  for (size_t i = 0; i < clips.size(); ++i)
-    if (clips[i].name == name) return i;
-  size_t number = 0;
-  const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), number);
-  if (error == std::errc() && end == name.data() + name.size() && number < clips.size()) return number;
-  if (clips.empty())
-    input.fail(Status::usage, fmt::format("has no clip '{}', nor any other", short_name(name)));
-  constexpr size_t kNamed = 20;
-  std::vector<std::string> names;
-  for (size_t i = 0; i < std::min(clips.size(), kNamed); ++i)
-    names.push_back(clips[i].name.empty() ? fmt::format("{}", i) : short_name(clips[i].name));
-  input.fail(Status::usage, fmt::format("has no clip '{}', but: {}{}", short_name(name),
-                                        fmt::join(names, ", "), clips.size() > kNamed ? ", ..." : ""));
-}
-
 }  // namespace
 
 std::vector<GltfClip> read_clips(const json& root) {
@@ -247,13 +189,13 @@ std::vector<GltfClip> read_clips(const json& root) {
 
 std::vector<Clip> describe_clips(const Input& input, const GltfData& data, const std::vector<GltfClip>& clips,
                                  std::vector<Note>& notes) {
-  Keys keys(input, data);
+  ClipKeys keys(input, data);
   std::vector<Clip> all;
   for (const GltfClip& clip : clips) {
-    Clip about{clip.name, 0, 0, clip.channels.size()};
+    Clip about{clip.name, 0, 0, clip.channels.size(), size_t(&clip - clips.data())};
     try {
       for (const GltfChannel& channel : clip.channels) {
-        const std::vector<float>& times = keys.times(channel.times);
+        const std::vector<float>& times = *keys.times(channel.times);
         const bool first = &channel == &clip.channels.front();
         about.begin = first ? double{times.front()} : std::min(about.begin, double{times.front()});
         about.end = first ? double{times.back()} : std::max(about.end, double{times.back()});
@@ -267,37 +209,100 @@ std::vector<Clip> describe_clips(const Input& input, const GltfData& data, const
   return all;
 }
 
+ClipKeys::Numbers ClipKeys::read(int accessor, int components) {
+  read_ += data_.count(accessor) * uint64_t(components);
+  if (read_ > kMostNumbers)
+    input_.fail(Status::too_large,
+                fmt::format("has more than {} numbers in keys of animations", kMostNumbers));
+  return std::make_shared<const std::vector<float>>(data_.keys(accessor, components));
+}
+
+ClipKeys::Numbers ClipKeys::times(int accessor) {
+  const auto [at, added] = times_.try_emplace(accessor);
+  if (at->second) return at->second;
+  at->second = read(accessor, 1);
+  const std::vector<float>& times = *at->second;
+  const bool ascending = std::adjacent_find(times.begin(), times.end(),
+                                            [](float a, float b) { return !(a < b); }) == times.end();
+  if (times.empty() || !ascending || !std::isfinite(times.front()) || !std::isfinite(times.back())) {
+    times_.erase(at);
+    input_.fail(
+        Status::malformed_mesh,
+        fmt::format("accessor {} has no times of keys: there must be some, each later than the one before",
+                    accessor));
+  }
+  return at->second;
+}
+
+ClipKeys::Numbers ClipKeys::values(int accessor, int components) {
+  Numbers& values = values_[{accessor, components}];
+  if (!values) values = read(accessor, components);
+  return values;
+}
+
+std::vector<KeyedChannel> ClipKeys::channels(const GltfClip& clip, size_t number,
+                                             const tinygltf::Model& model) {
+  const auto fail = [&](const std::string& why) {
+    input_.fail(Status::malformed_mesh, fmt::format("{} {}", shown(clip, number), why));
+  };
+  if (clip.malformed) fail("has channels that cannot be read");
+  if (clip.channels.empty()) fail("moves nothing");
+  std::vector<KeyedChannel> keyed;
+  for (const GltfChannel& channel : clip.channels) {
+    if (channel.node >= model.nodes.size())
+      fail(fmt::format("moves node {}, but there are only {}", channel.node, model.nodes.size()));
+    KeyedChannel& keys = keyed.emplace_back();
+    keys.channel = channel;
+    keys.times = times(channel.times);
+    const int components = components_of(channel.path);
+    keys.values = values(channel.values, components);
+    const size_t parts = keys.times->size() * (channel.interpolation == Interpolation::cubic_spline ? 3 : 1);
+    keys.width = channel.path == Path::weights ? keys.values->size() / parts : size_t(components);
+    if (keys.width == 0 || keys.values->size() != parts * keys.width)
+      fail(fmt::format("has {} keys for node {}, and {} numbers instead of {}", keys.times->size(),
+                       channel.node, keys.values->size(), parts * std::max<size_t>(keys.width, 1)));
+    if (channel.path != Path::weights && !model.nodes[channel.node].matrix.empty())
+      fail(fmt::format("moves node {}, which has a matrix", channel.node));
+  }
+  return keyed;
+}
+
+size_t number_of(const Input& input, const std::vector<GltfClip>& clips, const std::string& name) {
+  for (size_t i = 0; i < clips.size(); ++i)
+    if (clips[i].name == name) return i;
+  size_t number = 0;
+  const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), number);
+  if (error == std::errc() && end == name.data() + name.size() && number < clips.size()) return number;
+  if (clips.empty())
+    input.fail(Status::usage, fmt::format("has no clip '{}', nor any other", short_name(name)));
+  constexpr size_t kNamed = 20;
+  std::vector<std::string> names;
+  for (size_t i = 0; i < std::min(clips.size(), kNamed); ++i)
+    names.push_back(clips[i].name.empty() ? fmt::format("{}", i) : short_name(clips[i].name));
+  input.fail(Status::usage, fmt::format("has no clip '{}', but: {}{}", short_name(name),
+                                        fmt::join(names, ", "), clips.size() > kNamed ? ", ..." : ""));
+}
+
+std::vector<double> value_at(const Input& input, const GltfClip& clip, size_t number,
+                             const KeyedChannel& keys, double time) {
+  Numbers value = value_at(keys.channel, *keys.times, *keys.values, keys.width, time);
+  if (!std::all_of(value.begin(), value.end(), [](double x) { return std::isfinite(x); }))
+    input.fail(Status::malformed_mesh, fmt::format("{} has values for node {} that are not finite",
+                                                   shown(clip, number), keys.channel.node));
+  return value;
+}
+
 void pose_nodes(const Input& input, const GltfData& data, const std::vector<GltfClip>& clips,
                 const Moment& moment, tinygltf::Model& model) {
   const size_t number = number_of(input, clips, moment.clip);
   const GltfClip& clip = clips[number];
-  const auto fail = [&](const std::string& why) {
-    input.fail(Status::malformed_mesh, fmt::format("{} {}", shown(clip, number), why));
-  };
-  if (clip.malformed) fail("has channels that cannot be read");
-  if (clip.channels.empty()) fail("moves nothing");
-  Keys keys(input, data);
-  for (const GltfChannel& channel : clip.channels) {
-    if (channel.node >= model.nodes.size())
-      fail(fmt::format("moves node {}, but there are only {}", channel.node, model.nodes.size()));
-    tinygltf::Node& node = model.nodes[channel.node];
-    const std::vector<float>& times = keys.times(channel.times);
-    const int components = components_of(channel.path);
-    const std::vector<float>& values = keys.values(channel.values, components);
-    const size_t parts = times.size() * (channel.interpolation == Interpolation::cubic_spline ? 3 : 1);
-    const size_t width = channel.path == Path::weights ? values.size() / parts : size_t(components);
-    if (width == 0 || values.size() != parts * width)
-      fail(fmt::format("has {} keys for node {}, and {} numbers instead of {}", times.size(), channel.node,
-                       values.size(), parts * std::max<size_t>(width, 1)));
-    if (channel.path != Path::weights && !node.matrix.empty())
-      fail(fmt::format("moves node {}, which has a matrix", channel.node));
-    Numbers value = value_at(channel, times, values, width, moment.time);
-    if (!std::all_of(value.begin(), value.end(), [](double x) { return std::isfinite(x); }))
-      fail(fmt::format("has values for node {} that are not finite", channel.node));
-    (channel.path == Path::translation ? node.translation
-     : channel.path == Path::rotation  ? node.rotation
-     : channel.path == Path::scale     ? node.scale
-                                       : node.weights) = std::move(value);
+  for (const KeyedChannel& keys : ClipKeys(input, data).channels(clip, number, model)) {
+    tinygltf::Node& node = model.nodes[keys.channel.node];
+    const Path path = keys.channel.path;
+    (path == Path::translation ? node.translation
+     : path == Path::rotation  ? node.rotation
+     : path == Path::scale     ? node.scale
+                               : node.weights) = value_at(input, clip, number, keys, moment.time);
   }
 }
 

@@ -13,25 +13,12 @@
 namespace nif::mesh::detail {
 namespace {
 
-constexpr Affine kUnmoved{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
-
 /// Returns the values, or `otherwise` if there are not kCount of them, as for a missing member.
 template <size_t kCount>
 std::array<double, kCount> numbers_or(const std::vector<double>& values,
                                       std::array<double, kCount> otherwise) {
   if (values.size() == kCount) std::copy_n(values.begin(), kCount, otherwise.begin());
   return otherwise;
-}
-
-Affine local_transform(const tinygltf::Node& node) {
-  if (node.matrix.size() != 16)
-    return from_parts(numbers_or<3>(node.translation, {0, 0, 0}), numbers_or<4>(node.rotation, {0, 0, 0, 1}),
-                      numbers_or<3>(node.scale, {1, 1, 1}));
-  Affine out{};
-  for (size_t row = 0; row < 3; ++row) {
-    for (size_t column = 0; column < 4; ++column) out[row * 4 + column] = node.matrix[column * 4 + row];
-  }
-  return out;
 }
 
 /// Whether the node is hidden by KHR_node_visibility.
@@ -80,6 +67,37 @@ Affine from_parts(const std::array<double, 3>& t, const std::array<double, 4>& q
           2 * (y * z - x * w) * s[2],       t[1],
           2 * (x * z - y * w) * s[0],       2 * (y * z + x * w) * s[1],
           (1 - 2 * (x * x + y * y)) * s[2], t[2]};
+}
+
+std::optional<NodeParts> parts_of(const tinygltf::Node& node) {
+  if (node.matrix.size() == 16) return std::nullopt;
+  return NodeParts{numbers_or<3>(node.translation, {0, 0, 0}), numbers_or<4>(node.rotation, {0, 0, 0, 1}),
+                   numbers_or<3>(node.scale, {1, 1, 1})};
+}
+
+Affine local_transform(const tinygltf::Node& node) {
+  if (const std::optional<NodeParts> parts = parts_of(node)) return parts->transform();
+  Affine out{};
+  for (size_t row = 0; row < 3; ++row) {
+    for (size_t column = 0; column < 4; ++column) out[row * 4 + column] = node.matrix[column * 4 + row];
+  }
+  return out;
+}
+
+std::optional<Affine> inverse(const Affine& m) {
+  const std::array<Double3, 3> rows{Double3{m[0], m[1], m[2]}, Double3{m[4], m[5], m[6]},
+                                    Double3{m[8], m[9], m[10]}};
+  const double whole = dot(rows[0], cross(rows[1], rows[2]));
+  Affine out;
+  for (size_t column = 0; column < 3; ++column) {
+    const Double3 cofactors = cross(rows[(column + 1) % 3], rows[(column + 2) % 3]);
+    for (size_t row = 0; row < 3; ++row) out[4 * row + column] = cofactors[row] / whole;
+  }
+  for (size_t row = 0; row < 3; ++row)
+    out[4 * row + 3] = -(out[4 * row] * m[3] + out[4 * row + 1] * m[7] + out[4 * row + 2] * m[11]);
+  for (const double x : out)
+    if (!std::isfinite(x)) return std::nullopt;
+  return out;
 }
 
 void GltfNaming::place(GltfPlacement placement, const Named& node,

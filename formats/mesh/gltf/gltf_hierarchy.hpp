@@ -14,7 +14,8 @@
 
 namespace tinygltf {
 class Model;
-}
+class Node;
+}  // namespace tinygltf
 
 namespace nif::mesh::detail {
 
@@ -24,8 +25,25 @@ struct GltfSurface;
 Affine from_parts(const std::array<double, 3>& translation, const std::array<double, 4>& rotation,
                   const std::array<double, 3>& scale);
 
+/// The transform of a node that has no matrix. Its default moves nothing.
+struct NodeParts {
+  std::array<double, 3> translation{0, 0, 0};
+  std::array<double, 4> rotation{0, 0, 0, 1};
+  std::array<double, 3> scale{1, 1, 1};
+
+  Affine transform() const { return from_parts(translation, rotation, scale); }
+};
+
+/// Nothing if the node has a matrix.
+std::optional<NodeParts> parts_of(const tinygltf::Node& node);
+Affine local_transform(const tinygltf::Node& node);
+
+inline constexpr Affine kUnmoved{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+
 /// Composes transforms: first b, then a.
 Affine multiply(const Affine& a, const Affine& b);
+/// Nothing if it has none.
+std::optional<Affine> inverse(const Affine& m);
 
 /// Returns nothing if a number exceeds the range of float.
 std::optional<Transform> to_transform(const Affine& world);

@@ -23,23 +23,6 @@
 namespace nif::mesh::detail {
 namespace {
 
-tinygltf::Model parse_model(const Input& input, const std::string& json) {
-  if (json.size() > std::numeric_limits<unsigned>::max()) {
-    input.fail(Status::too_large, "has more than 4 GiB of JSON");
-  }
-  tinygltf::TinyGLTF loader;
-  tinygltf::Model model;
-  std::string error, warning;
-  if (!loader.LoadASCIIFromString(&model, &error, &warning, json.data(), static_cast<unsigned>(json.size()),
-                                  "")) {
-    if (error == std::bad_alloc().what()) throw std::bad_alloc();  // tinygltf catches everything
-    while (!error.empty() && (error.back() == '\n' || error.back() == '.')) error.pop_back();
-    for (char& c : error) c = c == '\n' ? ' ' : c;
-    input.fail(Status::malformed_mesh, fmt::format("is not valid glTF ({})", error));
-  }
-  return model;
-}
-
 /// The variants of meshes that nodes need: one for each set of weights, pose and choice.
 class Variants {
  public:
@@ -320,6 +303,23 @@ std::vector<bool> used_materials(const tinygltf::Model& model, const GltfLook& l
 }
 
 }  // namespace
+
+tinygltf::Model parse_model(const Input& input, const std::string& json) {
+  if (json.size() > std::numeric_limits<unsigned>::max()) {
+    input.fail(Status::too_large, "has more than 4 GiB of JSON");
+  }
+  tinygltf::TinyGLTF loader;
+  tinygltf::Model model;
+  std::string error, warning;
+  if (!loader.LoadASCIIFromString(&model, &error, &warning, json.data(), static_cast<unsigned>(json.size()),
+                                  "")) {
+    if (error == std::bad_alloc().what()) throw std::bad_alloc();  // tinygltf catches everything
+    while (!error.empty() && (error.back() == '\n' || error.back() == '.')) error.pop_back();
+    for (char& c : error) c = c == '\n' ? ' ' : c;
+    input.fail(Status::malformed_mesh, fmt::format("is not valid glTF ({})", error));
+  }
+  return model;
+}
 
 Scene read_gltf(const Input& input, std::vector<ExternalFile>& external) {
   GltfSource source = open_gltf(input, external);

@@ -1,0 +1,190 @@
+// Poses of a scene by Poser, compared with files that are read at a moment.
+#include "formats/mesh/poser.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <limits>
+
+#include "formats/base/status.hpp"
+#include "mesh/merge/merge.hpp"
+#include "tests/support/character.hpp"
+
+namespace nif::test {
+namespace {
+
+using mesh::Moment;
+using mesh::Poser;
+using mesh::Scene;
+using nlohmann::json;
+
+constexpr const char* kTube = "tube.glb";
+
+mesh::ReadLimits keeping_skins() { return {.skins = true}; }
+
+/// At what a fixture says.
+std::string error_of(const auto& work, Status status) {
+  try {
+    work();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.status(), status) << error.what();
+    return error.what();
+  }
+  ADD_FAILURE() << "nothing was thrown";
+  return {};
+}
+
+TEST(PoserTest, BendsATubeAsTheReaderDoes) {
+  const std::string bytes = tube_character().glb();
+  for (const char* clip : {"sway", "swell"})
+    for (const double time : {-1.0, 0.0, 0.2, 0.5, 0.7, 1.0, 1.2, 3.0})
+      expect_posed_as_read(kTube, bytes, {clip, time});
+}
+
+TEST(PoserTest, HasJointsAndWeightsOfWhatBends) {
+  const std::string bytes = tube_character(5, 8).glb();
+  const Scene scene = mesh::read(kTube, bytes, keeping_skins());
+  const Poser poser(kTube, bytes, scene, keeping_skins());
+  ASSERT_EQ(poser.clips().size(), 2u);
+  EXPECT_EQ(poser.clips()[1].name, "swell");
+  EXPECT_EQ(poser.clips()[1].number, 1u);
+  EXPECT_EQ(poser.clips()[0].end, 1.25);
+  const auto posed = poser.at({"1", 1});
+  ASSERT_EQ(posed.size(), 2u);
+  EXPECT_TRUE(posed[0].joints.empty());
+  EXPECT_TRUE(posed[0].weights.empty());
+  EXPECT_EQ(posed[1].joints.size(), 8u);
+  EXPECT_EQ(posed[1].weights, std::vector{1.0f});
+  for (size_t i = 0; i < 12; ++i) {
+    EXPECT_EQ(float(posed[1].transform[i]), scene.instances[1].transform[i]);
+    EXPECT_NEAR(posed[1].joints[0][i], mesh::kIdentity[i], 1e-6) << "the first joint is where it was bound";
+  }
+  EXPECT_EQ(poser.at({"sway", 0.1})[1].weights, std::vector{0.25f}) << "of the mesh";
+  EXPECT_EQ(poser.rest()[1].weights, std::vector{0.25f});
+}
+
+TEST(PoserTest, RestsAsTheSceneWasRead) {
+  const std::string bytes = tube_character(5, 8).glb();
+  mesh::ReadLimits limits = keeping_skins();
+  limits.moment = Moment{"sway", 0.5};
+  const Scene scene = mesh::read(kTube, bytes, limits);
+  const Poser poser(kTube, bytes, scene, limits);
+  const auto rest = poser.rest(), then = poser.at(*limits.moment);
+  for (size_t i = 0; i < rest.size(); ++i) EXPECT_EQ(rest[i].joints, then[i].joints);
+  for (size_t k = 0; k < 12; ++k)
+    EXPECT_NEAR(rest[0].transform[k], scene.instances[0].transform[k], 1e-5) << "of the hat";
+  // Another clip begins with the file, not with the moment.
+  const Scene plain = mesh::read(kTube, bytes, keeping_skins());
+  EXPECT_EQ(poser.at({"swell", 0})[0].transform,
+            Poser(kTube, bytes, plain, keeping_skins()).at({"swell", 0})[0].transform);
+}
+
+TEST(PoserTest, MovesInstancesOfOneNode) {
+  Gltf gltf = tube_character(5, 8);
+  gltf.json["nodes"][8]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"] =
+      gltf.positions({{0, 0, 0}, {3, 0, 0}, {0, 4, 5}});
+  expect_posed_as_read(kTube, gltf.glb(), {"sway", 0.7});
+  expect_posed_as_read(kTube, gltf.glb(), {"swell", 0.3});
+}
+
+TEST(PoserTest, MovesWhatIsFlat) {
+  Gltf gltf = tube_character(5, 8);
+  gltf.json["nodes"][8]["scale"] = {1, 1e-5, 1};  // the reader moves its vertices
+  const std::string bytes = gltf.glb();
+  const Scene scene = mesh::read(kTube, bytes, keeping_skins());
+  const auto posed = Poser(kTube, bytes, scene, keeping_skins()).at({"sway", 0});
+  for (const mesh::Float3& p : scene.meshes[scene.instances[0].mesh].positions)
+    for (size_t row = 0; row < 3; ++row) {
+      double moved = posed[0].transform[4 * row + 3];
+      for (size_t k = 0; k < 3; ++k) moved += posed[0].transform[4 * row + k] * double{p[k]};
+      EXPECT_NEAR(moved, mesh::placed(scene.instances[0], p)[row], 1e-5);
+    }
+  // Without an inverse, only the origin moves.
+  gltf.json["nodes"][8]["scale"] = {1, 0, 1};
+  const std::string none = gltf.glb();
+  const Scene flat = mesh::read(kTube, none, keeping_skins());
+  const auto moved = Poser(kTube, none, flat, keeping_skins()).at({"sway", 0.5});
+  EXPECT_EQ(moved[0].transform[0], 1);
+  EXPECT_NE(float(moved[0].transform[3]), flat.instances[0].transform[3]);
+}
+
+TEST(PoserTest, NeedsNoNodesNorClips) {
+  Gltf gltf = gltf_of({"m", {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}});
+  gltf.json.erase("nodes");
+  gltf.json.erase("scenes");
+  gltf.json.erase("scene");
+  gltf.json["meshes"][0]["primitives"][0]["targets"] = {{{"POSITION", 0}}};
+  gltf.json["meshes"][0]["weights"] = {0.5};
+  const std::string bytes = gltf.glb();
+  const Scene scene = mesh::read(kTube, bytes, keeping_skins());
+  EXPECT_EQ(Poser(kTube, bytes, scene, keeping_skins()).rest()[0].weights, std::vector{0.5f});
+
+  const std::string obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  const Scene other = mesh::read("a.obj", obj, keeping_skins());
+  const Poser still("a.obj", obj, other, keeping_skins());
+  EXPECT_TRUE(still.clips().empty());
+  EXPECT_EQ(still.rest().size(), 1u);
+  error_of([&] { still.at({"go", 0}); }, Status::usage);
+}
+
+TEST(PoserTest, RefusesWhatDoesNotFit) {
+  const std::string bytes = tube_character(5, 8).glb(), other = tube_character(5, 9).glb();
+  const Scene scene = mesh::read(kTube, bytes, keeping_skins());
+  error_of([&] { Poser(kTube, other, scene, keeping_skins()); }, Status::mesh_mismatch);
+  error_of([&] { Poser(kTube, bytes, scene, {}); }, Status::usage);
+  Scene strange = scene;
+  strange.nodes[strange.instances[0].node].number = 99;
+  error_of([&] { Poser(kTube, bytes, strange, keeping_skins()); }, Status::mesh_mismatch);
+  const Poser poser(kTube, bytes, scene, keeping_skins());
+  EXPECT_NE(error_of(
+                [&] {
+                  poser.at({"walk", 0});
+                },
+                Status::usage)
+                .find("has no clip 'walk'"),
+            std::string::npos);
+}
+
+TEST(PoserTest, RefusesPosesThatAreNotFinite) {
+  Gltf gltf = tube_character(5, 8);
+  const auto refused = [&](const std::string& clip, double time) {
+    const std::string bytes = gltf.glb();
+    const Scene scene = mesh::read(kTube, bytes, keeping_skins());
+    const Poser poser(kTube, bytes, scene, keeping_skins());
+    return error_of([&] { poser.at({clip, time}); }, Status::malformed_mesh);
+  };
+  const float large = 3e38f;
+  add_channel(gltf, 0, "translation", {0, 1}, {0, 0, 0, large, large, large}, 3);
+  EXPECT_NE(refused("swell", 1).find("is placed at infinity"), std::string::npos);
+  add_channel(gltf, 10, "weights", {0, 1}, {0, std::numeric_limits<float>::infinity()}, 1);
+  EXPECT_NE(refused("swell", 1).find("not finite"), std::string::npos);
+  gltf.json["animations"][0]["samplers"][0]["interpolation"] = "WOBBLE";
+  EXPECT_NE(refused("sway", 0).find("clip 'sway' has channels that cannot be read"), std::string::npos);
+  EXPECT_EQ(mesh::read(kTube, gltf.glb(), keeping_skins()).meshes.size(), 2u) << "the file is read";
+}
+
+/// Six skinned meshes and props on joints.
+TEST(PoserTest, BendsTheKnightAsTheReaderDoes) {
+  const char* games = std::getenv("NIF_TEST_GAMES");
+  if (!games) GTEST_SKIP() << "NIF_TEST_GAMES is not set";
+  const std::filesystem::path file = std::filesystem::path(games) / "knight/knight.glb";
+  std::ifstream in(file, std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(in), {}};
+  const mesh::ReadLimits limits{.clips = true, .skins = true};
+  const Scene scene = mesh::read(file, bytes, limits);
+  const Poser poser(file, scene, limits);
+  ASSERT_EQ(poser.clips().size(), 76u);
+  ASSERT_EQ(scene.clips.size(), 76u);
+  for (const mesh::Clip& clip : poser.clips()) {
+    const double part = double(clip.number % 5) / 4;
+    const Moment moment{clip.name, clip.begin + part * (clip.end - clip.begin)};
+    expect_posed_as_read(scene, poser.at(moment), mesh::read(file, bytes, {.moment = moment}));
+    if (HasFailure()) FAIL() << clip.name;
+  }
+}
+
+}  // namespace
+}  // namespace nif::test
