@@ -13,6 +13,7 @@
 #include "formats/base/quantities.hpp"
 #include "formats/base/status.hpp"
 #include "tools/common/accuracy_table.hpp"
+#include "tools/common/clip_frames.hpp"
 #include "tools/common/hit_finders.hpp"
 #include "tools/common/hit_report.hpp"
 #include "tools/common/interruption.hpp"
@@ -34,7 +35,8 @@ namespace {
 constexpr const char* kSchema = "nifkit.eval/2";
 
 struct Arguments : MeasureArguments, RunArguments {
-  std::string asset, mesh, format;
+  std::string asset, mesh, format, clip;
+  uint32_t frames = 24;
   bool bvh = false, reference = false, hits = false, calibration = false;
 };
 
@@ -62,6 +64,48 @@ struct Result {
   nlohmann::ordered_json metadata;  ///< written by its baker: shown, never trusted
 };
 
+/// Frame by frame, each with rays and a ground truth of its own.
+void measure_clip(const Arguments& arguments, const MeasuredAsset& asset,
+                  const std::vector<bake::RaySet>& sets, Progress& progress, Result& result) {
+  const ClipFrames frames(asset, arguments.clip, arguments.frames);
+  const Scene scene = asset.whole(), reference = asset.whole_by_reference();
+  std::atomic<uint64_t> different{0};
+  const std::atomic<bool>& cancel = interruption();
+  const uint64_t rays = std::max<uint64_t>(1, arguments.rays / frames.count());
+  for (size_t f = 0; f < frames.count(); ++f) {
+    const ClipFrames::Pose pose = frames.at(f);
+    for (const Scene* posed : {&scene, &reference}) {
+      if (posed == &reference && !arguments.reference) continue;
+      frames.pose(posed->handle, pose);
+      check(nifCommitScene(posed->handle));
+    }
+    const bake::Answerer answer = arguments.reference
+                                      ? comparing_answerer(scene.handle, reference.handle, different)
+                                      : runtime_answerer(scene.handle);
+    const mesh::Mesh mesh = frames.mesh(pose);
+    const bake::Prepared prepared = bake::prepare(mesh);
+    const bake::GroundTruth truth(prepared);
+    ObjectResult& object = result.objects.emplace_back();
+    object.name = frames.name(f);
+    for (const bake::RaySet set : sets) {
+      if (cancel) throw Error(Status::interrupted, "the evaluation was cancelled");
+      progress.update(double(f) / double(frames.count()), fmt::format("measuring {}", object.name));
+      const bake::RaysWithTruth drawn = bake::make_ray_set(truth.source(), set, rays, arguments.seed + f);
+      object.sets[size_t(set)] = bake::evaluate(drawn, answer, truth.source().embree);
+      result.sets[size_t(set)] += object.sets[size_t(set)];
+      if (arguments.reference) result.compared += drawn.segments.size();
+      if (!arguments.hits) continue;
+      object.hits[size_t(set)] =
+          bake::evaluate_hits(drawn.segments, runtime_finder(scene.handle), truth.source().embree,
+                              {prepared.box.diagonal(), 0}, nullptr);
+      result.hits[size_t(set)] += object.hits[size_t(set)];
+      if (arguments.reference)
+        result.different_hits += different_hits(drawn.segments, scene.handle, reference.handle);
+    }
+  }
+  result.different = different;
+}
+
 Result measure(const Arguments& arguments, const std::vector<bake::RaySet>& sets) {
   Result result;
   Progress progress(arguments.quiet);
@@ -75,6 +119,10 @@ Result measure(const Arguments& arguments, const std::vector<bake::RaySet>& sets
   result.triangles = asset.triangles();
   result.isa = asset.device().isa;
   result.any_spherical = asset.any_spherical();
+  if (!arguments.clip.empty()) {
+    measure_clip(arguments, asset, sets, progress, result);
+    return result;
+  }
   std::atomic<uint64_t> different{0};
   const std::atomic<bool>& cancel = interruption();
   for (size_t i = 0; i < count; ++i) {
@@ -203,6 +251,9 @@ void run(const Arguments& arguments) {
     throw Error(
         Status::usage,
         "--hits and --fallback cannot be used together: proofs with Embree behind them find no first hits");
+  if (!arguments.clip.empty() && (!arguments.fallback.empty() || arguments.bvh))
+    throw Error(Status::usage,
+                fmt::format("--clip and {} cannot be used together", arguments.bvh ? "--bvh" : "--fallback"));
   limit_threads(arguments.threads);
   const Result result = measure(arguments, sets);
   if (arguments.json) {
@@ -234,6 +285,13 @@ void add_eval(Command app) {
       "--calibration", a->calibration,
       "Also list, for each tenth of the answered probabilities, their mean and the share of rays "
       "that are visible: equal if probabilities are right");
+  command.add_option(
+      "--clip", a->clip,
+      "Measure the asset as an animation of the mesh poses it: the clip's name, its number from 0 on, or "
+      "all. Needs an asset baked with --deforms");
+  command.add_option("--frames", a->frames, "Frames of the clip, evenly from its first key to its last")
+      .default_str("24")
+      .range(1u, 100'000u);
   command.add_flag("--reference", a->reference,
                    "Also query the scalar reference, and fail if any bit of an answer differs");
   add_run_options(command, *a, kSchema);
@@ -243,6 +301,7 @@ void add_eval(Command app) {
       "  nif eval dragon.nif --mesh dragon.ply.gz --bvh\n"
       "  nif eval dragon.nif --mesh dragon.ply.gz --hits\n"
       "  nif eval tree.nif --mesh tree.ply --calibration\n"
+      "  nif eval knight.nif --mesh knight.glb --clip Walking_A --frames 60\n"
       "  nif eval dragon_planes.nif --mesh dragon.ply.gz --fallback embree");
   command.callback([a] { run(*a); });
 }

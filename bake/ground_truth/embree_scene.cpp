@@ -57,13 +57,17 @@ EmbreeScene::ScenePointer EmbreeScene::make_scene(EmbreeBuild build) {
     case EmbreeBuild::high:
       rtcSetSceneBuildQuality(scene.get(), RTC_BUILD_QUALITY_HIGH);
       break;
+    case EmbreeBuild::refitted:
+      rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_DYNAMIC);
+      break;
     case EmbreeBuild::standard:
       break;
   }
   return scene;
 }
 
-void EmbreeScene::add_triangles(RTCScene scene, const EmbreeObject& object, HoleTest test) {
+void EmbreeScene::add_triangles(RTCScene scene, const EmbreeObject& object, EmbreeBuild build,
+                                HoleTest test) {
   HolesFilter* const filter = filters_.emplace_back(HolesFilter::make(object, test)).get();
   if (filter) filter_bytes_ += int64_t(filter->bytes());
   const int64_t before = bytes_;
@@ -81,6 +85,7 @@ void EmbreeScene::add_triangles(RTCScene scene, const EmbreeObject& object, Hole
   std::memcpy(indices, object.triangles.data(), object.triangles.size() * 12);
   buffers_ += bytes_ - before;
   if (filter) filter->attach(geometry);
+  if (build == EmbreeBuild::refitted) rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_REFIT);
   rtcCommitGeometry(geometry);
   rtcAttachGeometry(scene, geometry);
   rtcReleaseGeometry(geometry);
@@ -98,7 +103,7 @@ void EmbreeScene::commit_alone(RTCScene scene, const std::string& what) {
 EmbreeScene::EmbreeScene(const EmbreeObject& object, EmbreeBuild build, HoleTest test) {
   make_device();
   scene_ = make_scene(build);
-  add_triangles(scene_.get(), object, test);
+  add_triangles(scene_.get(), object, build, test);
 }
 
 EmbreeScene::EmbreeScene(std::span<const EmbreeObject> objects, std::span<const Placed> instances,
@@ -106,7 +111,7 @@ EmbreeScene::EmbreeScene(std::span<const EmbreeObject> objects, std::span<const 
   make_device();
   for (const EmbreeObject& object : objects) {
     objects_.push_back(make_scene(build));
-    add_triangles(objects_.back().get(), object, test);
+    add_triangles(objects_.back().get(), object, build, test);
   }
   scene_ = make_scene(build);
   for (const Placed& placed : instances) {
@@ -123,6 +128,14 @@ EmbreeScene::EmbreeScene(std::span<const EmbreeObject> objects, std::span<const 
 void EmbreeScene::move(uint32_t instance, const mesh::Transform& transform) {
   RTCGeometry geometry = rtcGetGeometry(scene_.get(), instance);
   rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, transform.data());
+  rtcCommitGeometry(geometry);
+}
+
+void EmbreeScene::move_vertices(std::span<const mesh::Float3> positions) {
+  RTCGeometry geometry = rtcGetGeometry(scene_.get(), 0);
+  std::memcpy(rtcGetGeometryBufferData(geometry, RTC_BUFFER_TYPE_VERTEX, 0), positions.data(),
+              positions.size_bytes());
+  rtcUpdateGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0);
   rtcCommitGeometry(geometry);
 }
 

@@ -19,8 +19,9 @@ struct RTCSceneTy;
 namespace nif::bake {
 
 /// How Embree builds its BVH: `robust` is what ground truth uses, the others are what renderers use. `high`
-/// is the standard form with spatial splits, slower to build.
-enum class EmbreeBuild { robust, standard, compact, high };
+/// is the standard form with spatial splits, slower to build. `refitted` is the standard form of a mesh that moves: later
+/// commits only give boxes new sizes.
+enum class EmbreeBuild { robust, standard, compact, high, refitted };
 
 /// Version of the loaded library, "3.13.5".
 std::string embree_version();
@@ -51,7 +52,9 @@ class EmbreeScene {
 
   /// Gives an instance another transform, which takes effect with commit().
   void move(uint32_t instance, const mesh::Transform& transform);
-  /// Rebuilds the hierarchy over the instances, on the threads of the calling task arena.
+  /// Gives the vertices of a scene of one mesh new positions, as many as before, which take effect with commit().
+  void move_vertices(std::span<const mesh::Float3> positions);
+  /// Rebuilds the hierarchy over the instances, or the mesh's own, on the threads of the calling task arena.
   void commit();
 
   /// Bytes that Embree holds for the scene, by its own memory monitor: the BVH, and copied vertices and
@@ -72,7 +75,7 @@ class EmbreeScene {
   void make_device();
   ScenePointer make_scene(EmbreeBuild build);
   /// Adds a mesh to a scene and commits that.
-  void add_triangles(RTCSceneTy* scene, const EmbreeObject& object, HoleTest test);
+  void add_triangles(RTCSceneTy* scene, const EmbreeObject& object, EmbreeBuild build, HoleTest test);
   void commit_alone(RTCSceneTy* scene, const std::string& what);
 
   std::atomic<int64_t> bytes_{0};

@@ -17,6 +17,7 @@
 #include "tools/bench/bench_gpu.hpp"
 #include "tools/bench/bench_plot.hpp"
 #include "tools/bench/bench_report.hpp"
+#include "tools/bench/clip_bench.hpp"
 #include "tools/bench/entrants.hpp"
 #include "tools/bench/race_export.hpp"
 #include "tools/bench/scene_report.hpp"
@@ -33,10 +34,10 @@ namespace nif::tools {
 namespace {
 
 struct Arguments : MeasureArguments {
-  std::string file, mesh, asset, against, plot, folder, device = "cpu", precision = "single";
+  std::string file, mesh, asset, against, plot, folder, clip, device = "cpu", precision = "single";
   std::vector<std::string> compare;
   std::vector<uint32_t> threads;
-  uint32_t rounds = 7, moved = 1000;
+  uint32_t rounds = 7, moved = 1000, frames = 24;
   std::string embree = "fastest";
   bool hits = false, stages = false, batches = false, json = false, quiet = false;
 };
@@ -155,6 +156,32 @@ void write_plot(const Arguments& arguments, const BenchResult& result, const std
   write_output(arguments.plot, std::as_bytes(std::span(plot)));
 }
 
+/// Over the frames of an animation.
+void run_clip(const Arguments& arguments, const Command& command) {
+  constexpr std::array kTakes{"ASSET|SCENE", "--mesh",   "--clip", "--frames",       "--set",  "--rays",
+                              "--seed",      "--rounds", "--isa",  "--least-memory", "--json", "--quiet"};
+  for (const std::string& given : command.given())
+    if (std::ranges::find(kTakes, given) == kTakes.end())
+      throw Error(Status::usage, fmt::format("--clip and {} cannot be used together", given));
+  const BenchOptions resolved = resolve(arguments);
+  const ClipBenchOptions options{.asset = arguments.file,
+                                 .mesh = arguments.mesh,
+                                 .configuration = resolved.configuration,
+                                 .clip = arguments.clip,
+                                 .frames = arguments.frames,
+                                 .sets = resolved.sets,
+                                 .rays = resolved.rays,
+                                 .seed = resolved.seed,
+                                 .rounds = arguments.rounds};
+  Progress progress(arguments.quiet);
+  const ClipBenchResult result = measure_clip(options, progress);
+  progress.finish();
+  if (arguments.json)
+    write_json(to_json(options, result));
+  else
+    fmt::print("{}", clip_bench_tables(options, result));
+}
+
 /// Writes what a race asks, instead of measuring. `Options`: of an asset or of a scene.
 template <class Options>
 void run_export(const Arguments& arguments, const Command& command, const Options& options) {
@@ -217,6 +244,7 @@ void run(const Arguments& arguments, const Command& command) {
                   fmt::format("{}: {} is only for a scene (.toml, .gltf or .glb)", arguments.file, option));
   if (arguments.mesh.empty())
     throw Error(Status::usage, arguments.file + ": --mesh is required: the mesh that it was baked from");
+  if (!arguments.clip.empty()) return run_clip(arguments, command);
   if (!arguments.folder.empty()) return run_export(arguments, command, resolve(arguments));
   if (arguments.device != "cpu") return run_gpu(arguments, command);
   if (arguments.batches) throw Error(Status::usage, "--batches is only for a GPU: add --device gpu");
@@ -278,6 +306,15 @@ void add_bench(Command app) {
                      fmt::format("Measure nothing; write the meshes and the rays of each set to this folder "
                                  "({}), so that any other program can take part",
                                  kRaceSchema));
+  command.add_option(
+      "--clip", a->clip,
+      "Measure the asset frame by frame as an animation of the mesh poses it: the clip's name, its number "
+      "from 0 on, or all; with Embree's trees refitted and rebuilt, visibility and first hits, on one "
+      "thread. "
+      "Needs an asset baked with --deforms");
+  command.add_option("--frames", a->frames, "Frames of the clip, evenly from its first key to its last")
+      .range(1u, 100'000u)
+      .capture_default_str();
   command.add_flag("--hits", a->hits, "Race first hits (nifIntersect and rtcIntersect) instead of occlusion");
   command.add_flag("--stages", a->stages,
                    "Also time the stages: of spherical objects on one thread, or of the pipeline on a GPU");
@@ -290,9 +327,9 @@ void add_bench(Command app) {
       .one_of({"single", "half"})
       .capture_default_str();
   command.add_flag("--batches", a->batches, "On a GPU: also time smaller batches of rays");
-  add_json_option(
-      command, a->json,
-      fmt::format("{}; for a scene {}; on a GPU {}", kBenchSchema, kSceneBenchSchema, kGpuBenchSchema));
+  add_json_option(command, a->json,
+                  fmt::format("{}; for a scene {}; of a clip {}; on a GPU {}", kBenchSchema,
+                              kSceneBenchSchema, kClipBenchSchema, kGpuBenchSchema));
   command.add_option("--plot", a->plot, "Also plot the results as an SVG to this file");
   add_quiet_option(command, a->quiet);
   command.footer(
@@ -309,6 +346,7 @@ void add_bench(Command app) {
       "  nif bench dragon.nif --mesh dragon.ply.gz --export race\n"
       "  nif bench dragon.nif --mesh dragon.ply.gz --compare other/results.json --plot dragon.svg\n"
       "  nif bench city.glb --asset city.nif\n"
+      "  nif bench knight.nif --mesh knight.glb --clip Walking_A --frames 60\n"
       "  nif bench scene.toml --set sun --moved 100");
   command.callback([a, command] { run(*a, command); });
 }

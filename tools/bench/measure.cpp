@@ -39,6 +39,8 @@ std::string_view name_of(bake::EmbreeBuild build) {
       return "compact";
     case bake::EmbreeBuild::robust:
       return "robust";
+    case bake::EmbreeBuild::refitted:
+      return "refitted";
   }
   return "";
 }

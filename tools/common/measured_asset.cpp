@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include "formats/base/status.hpp"
-#include "formats/mesh/read.hpp"
 #include "tools/common/baked_scene.hpp"
 #include "tools/common/naming.hpp"
 #include "tools/common/segment_query.hpp"
@@ -28,7 +27,7 @@ bool match(const NifObjectInfo& object, const bake::Prepared& prepared) {
 
 MeasuredAsset::MeasuredAsset(const std::string& asset, const std::string& mesh,
                              const std::string& configuration, Progress& progress, const std::string& format)
-    : path_(asset), configuration_(configuration) {
+    : path_(asset), mesh_file_(mesh), configuration_(configuration) {
   const NifError error = nifNewDevice(configuration.c_str(), nullptr, &device_.handle);
   if (error == NIF_ERROR_INVALID_ARGUMENT || error == NIF_ERROR_NOT_AVAILABLE)
     throw Error(Status::usage, nifGetErrorMessage());
@@ -42,9 +41,9 @@ MeasuredAsset::MeasuredAsset(const std::string& asset, const std::string& mesh,
   check(nifGetAssetInfo(asset_.handle, &info_));
 
   progress.update(0, "reading " + shown_name(mesh));
-  mesh::ReadLimits limits = limits_as_baked(metadata_of(info_), asset);
-  limits.format = format;
-  scene_ = mesh::read(mesh, limits);
+  limits_ = limits_as_baked(metadata_of(info_), asset);
+  limits_.format = format;
+  scene_ = mesh::read(mesh, limits_);
   check_alpha(scene_, metadata_of(info_), asset, shown_name(mesh));
   if (auto merged = merged_as_baked(scene_, metadata_of(info_), asset, mesh)) scene_ = *std::move(merged);
   prepared_ = naming(mesh, [&] { return bake::prepare(scene_); });
@@ -131,6 +130,20 @@ struct ExactAnswers {
 };
 
 }  // namespace
+
+namespace {
+
+Scene scene_of_all(const Device& device, const Asset& asset) {
+  Scene scene;
+  check(nifNewScene(device.handle, &scene.handle));
+  check(nifAddAsset(scene.handle, asset.handle, nullptr, nullptr, nullptr));
+  return scene;
+}
+
+}  // namespace
+
+Scene MeasuredAsset::whole() const { return scene_of_all(device_, asset_); }
+Scene MeasuredAsset::whole_by_reference() const { return scene_of_all(reference_device_, reference_asset_); }
 
 std::vector<Scene> MeasuredAsset::each_alone(uint32_t threads) const {
   const std::string configuration =

@@ -8,6 +8,7 @@
 #include "bake/ground_truth/evaluate.hpp"
 #include "bake/ground_truth/prepare.hpp"
 #include "formats/mesh/mesh_scene.hpp"
+#include "formats/mesh/read.hpp"
 #include "nif/nif.h"
 #include "tools/common/progress.hpp"
 #include "tools/common/runtime_handles.hpp"
@@ -28,6 +29,11 @@ class MeasuredAsset {
   /// GPU memory that the asset takes; 0 until a scene with it was requested.
   uint64_t gpu_bytes() const;
   const std::vector<bake::Prepared>& objects() const { return prepared_.objects; }
+  const bake::PreparedScene& prepared() const { return prepared_; }
+  const std::string& mesh_file() const { return mesh_file_; }
+  /// What the mesh file has, as it was read for the bake, and how.
+  const mesh::Scene& scene() const { return scene_; }
+  const mesh::ReadLimits& limits() const { return limits_; }
   /// The placements of the objects in the mesh file.
   std::vector<bake::Placed> instances() const;
   const std::string& path() const { return path_; }
@@ -45,13 +51,17 @@ class MeasuredAsset {
   std::vector<Scene> each_alone(uint32_t threads) const;
   /// Such a scene, answered by the scalar reference.
   Scene alone_by_reference(size_t object) const;
+  /// A scene of the whole asset; not committed.
+  Scene whole() const;
+  Scene whole_by_reference() const;
 
  private:
-  std::string path_, configuration_;
+  std::string path_, mesh_file_, configuration_;
   Device device_, reference_device_;
   Asset asset_, reference_asset_;
   NifDeviceInfo device_info_{};
   NifAssetInfo info_{};
+  mesh::ReadLimits limits_;
   mesh::Scene scene_;
   bake::PreparedScene prepared_;
   std::vector<std::string> names_;
