@@ -117,6 +117,46 @@ TEST(GltfAlpha, RulesOfMaterials) {
   EXPECT_EQ(one_of(glass, {.opaque_glass = true}), kSolid);
 }
 
+/// KHR_materials_pbrSpecularGlossiness has a factor and a picture of its own; the others are for readers that do not know
+/// it.
+TEST(GltfAlpha, SpecularGlossinessReplacesTheBaseColour) {
+  const auto glossy = [](const json& said) {
+    return json{{"alphaMode", "MASK"}, {"extensions", {{"KHR_materials_pbrSpecularGlossiness", said}}}};
+  };
+  const json picture{{"diffuseTexture", {{"index", 0}}}}, faint{{"diffuseFactor", {1, 1, 1, 0.4}}};
+  const auto over = [](const std::vector<uint8_t>& texels, const json& material) {
+    Gltf gltf = strip(texels.size(), texels.size(), material);
+    give_picture(gltf, row_of(texels));
+    return read(gltf).meshes[0].alpha;
+  };
+  EXPECT_EQ(over({0, 127, 128, 255}, glossy(picture)), (Alphas{kClear, kClear, kSolid, kSolid}));
+  EXPECT_EQ(one_of(glossy(faint)), kClear);
+  json both = picture;
+  both["diffuseFactor"] = {1, 1, 1, 0.6};
+  EXPECT_EQ(over({212, 213}, glossy(both)), (Alphas{kClear, kSolid})) << "0.6 times 213 / 255 is 0.501";
+  EXPECT_EQ(one_of(glossy(json::object())), kSolid) << "alpha is 1";
+
+  // It wins, also with what it does not say.
+  json fallback = glossy(json::object());
+  fallback["pbrMetallicRoughness"] = factor(0);
+  EXPECT_EQ(one_of(fallback), kSolid);
+  EXPECT_EQ(over({0, 255}, pictured(glossy(json::object()))), Alphas()) << "only the fallback has a picture";
+  json other = glossy(faint);
+  other["pbrMetallicRoughness"] = factor(1);
+  EXPECT_EQ(one_of(other), kClear);
+  EXPECT_EQ(over({0, 255}, pictured(glossy(faint))), (Alphas{kClear, kClear}));
+  // What is no extension does not.
+  json broken = pictured(glossy("none"));
+  EXPECT_EQ(over({0, 255}, broken), (Alphas{kClear, kSolid}));
+
+  json moved = picture;
+  moved["diffuseTexture"]["extensions"]["KHR_texture_transform"] = {{"offset", {0.5, 0}}};
+  EXPECT_EQ(over({0, 255}, glossy(moved)), (Alphas{kSolid, kClear}));
+  json opaque = glossy(faint);
+  opaque.erase("alphaMode");
+  EXPECT_EQ(one_of(opaque), kSolid);
+}
+
 TEST(GltfAlpha, OptionsForMaterialsThatBlend) {
   using Blend = AlphaOptions::Blend;
   const json mask{{"alphaMode", "MASK"}}, blend{{"alphaMode", "BLEND"}};
