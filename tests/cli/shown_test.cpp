@@ -240,6 +240,36 @@ TEST_F(Shown, PicturesHaveHolesWithoutAnAsset) {
   EXPECT_NE(alone, picture("solid", "", {"--ignore-alpha"}));
 }
 
+/// Rays pass holes; distances are told to be without them.
+TEST_F(Shown, MeshesAreComparedWithTheirHoles) {
+  Gltf solid = half_open();
+  solid.json["materials"][0].erase("alphaMode");
+  const std::string open = write("half.glb", half_open()), closed = write("solid.glb", solid);
+  const auto compare = [](std::vector<std::string> more) {
+    more.insert(more.begin(), {"mesh", "compare"});
+    more.insert(more.end(), {"--rays", "5000", "--samples", "1000"});
+    return nif(more);
+  };
+  const auto differs = [&](const std::vector<std::string>& more, const char* how) {
+    std::vector<std::string> arguments = more;
+    arguments.push_back("--json");
+    const Outcome compared = compare(arguments);
+    EXPECT_EQ(compared.code, 0) << compared.err;
+    const json result = json::parse(compared.out);
+    return result["sets"]["outer-lines"][how].get<double>();
+  };
+  EXPECT_GT(differs({closed, open}, "opened"), 0.05);
+  EXPECT_EQ(differs({closed, open}, "closed"), 0);
+  EXPECT_GT(differs({open, closed}, "closed"), 0.05);
+  EXPECT_EQ(differs({open, open}, "difference"), 0);
+  EXPECT_EQ(differs({closed, open, "--ignore-alpha"}, "difference"), 0);
+  const std::string said = compare({closed, open}).out, whole = "as if they had no holes";
+  EXPECT_NE(said.find("half.glb: 24 triangles, 16 with holes\n"), std::string::npos) << said;
+  EXPECT_NE(said.find("solid.glb: 24 triangles\n"), std::string::npos) << said;
+  EXPECT_NE(said.find(whole), std::string::npos) << said;
+  EXPECT_EQ(compare({closed, closed}).out.find(whole), std::string::npos);
+}
+
 TEST_F(Shown, SeveralInstancesOfANodeAreAttachedAsOne) {
   Gltf gltf = two_nodes({1, 1, 1});
   const int places = gltf.positions({{0, 0, 0}, {5, 0, 0}, {0, 7, 0}});
