@@ -180,7 +180,31 @@ TEST_F(Shown, WhatLetsLightThroughIsRecordedAndReadAlike) {
   primitives.erase(1);
   const Outcome nothing = bake(write("pane.glb", gltf), path("pane.nif"));
   EXPECT_EQ(nothing.code, int(Status::all_degenerate));
-  EXPECT_NE(nothing.err.find("all of them let light through"), std::string::npos) << nothing.err;
+  EXPECT_NE(nothing.err.find("12 triangles of material 'glass', but all of them let light through"),
+            std::string::npos)
+      << nothing.err;
+}
+
+/// Whoever has no alpha pays nothing for it: the same bytes, whether alpha is read or not. (Golden files that are older than
+/// holes keep the bits of answers.)
+TEST_F(Shown, WhatHasNoAlphaIsBakedAlike) {
+  Gltf gltf = half_open();  // vertex colours with alpha, which an opaque material ignores
+  gltf.json["materials"][0] = {{"name", "wall"}};
+  const std::string mesh = write("wall.glb", gltf), read = path("read.nif"), ignored = path("ignored.nif");
+  for (const std::string encoding : {"bvh", "exact", "proof", "segment"}) {
+    const auto baked = [&](const std::string& asset, std::vector<std::string> more) {
+      more.insert(more.end(), {"--encoding", encoding, "--rays", "0"});
+      if (encoding != "bvh") more.insert(more.end(), {"--resolution", "8"});
+      if (encoding == "segment") more.insert(more.end(), {"--preset", "fast"});
+      more.insert(more.begin(), {"bake", mesh, "-o", asset});
+      const Outcome outcome = nif(more);
+      EXPECT_EQ(outcome.code, 0) << outcome.err;
+      return read_bytes(asset);
+    };
+    EXPECT_EQ(baked(read, {}), baked(ignored, {"--ignore-alpha"})) << encoding;
+    EXPECT_FALSE(info(read)["metadata"].contains("alpha"));
+    EXPECT_NE(info(read)["objects"][0]["encoding"], "cutout");
+  }
 }
 
 TEST_F(Shown, WhatHasHolesIsExactUnlessItIsAskedToBeOtherwise) {

@@ -79,8 +79,8 @@ GltfBaseColor base_color_of(const nlohmann::json& material);
 /// camera or light, and each of them gets its name.
 std::string short_name(std::string_view name);
 
-/// Stands for an image that only an extension refers to.
-inline constexpr int kInExtension = -2;
+/// Stand for an image that only an extension refers to, and for one that the file does not have.
+inline constexpr int kInExtension = -2, kNoSuchImage = -3;
 
 /// A material's base colour.
 struct GltfMaterial {

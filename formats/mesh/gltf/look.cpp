@@ -71,13 +71,17 @@ void read_transform(const json& info, GltfMaterial& out) {
   for (size_t i = 0; i < rows.size(); ++i) out.material.transform[i] = static_cast<float>(rows[i]);
 }
 
-/// The image of a texture; EXT_texture_webp may name a better one than the texture itself.
-int image_of(const json& texture) {
+/// The image of a texture; EXT_texture_webp may name a better one than the texture itself. Null: no such texture.
+int image_of(const json* found) {
+  if (found == nullptr) return kNoSuchImage;
+  const json& texture = *found;
   const json* extensions = member(texture, "extensions");
   const json* webp = extensions ? member(*extensions, "EXT_texture_webp") : nullptr;
   const int better = webp != nullptr ? index_in(*webp, "source") : -1;
   if (better != -1) return better;
-  return member(texture, "source") ? index_in(texture, "source") : kInExtension;
+  if (member(texture, "source") == nullptr) return kInExtension;
+  const int image = index_in(texture, "source");
+  return image == -1 ? kNoSuchImage : image;
 }
 
 GltfMaterial read_material(const json& root, const json& source) {
@@ -89,9 +93,8 @@ GltfMaterial read_material(const json& root, const json& source) {
   if (info == nullptr) return out;
   out.coordinates = std::max(0, index_in(*info, "texCoord"));
   const json* texture = element(root, "textures", index_in(*info, "index"));
-  if (texture == nullptr) return out;
-  out.image = image_of(*texture);
-  if (const json* sampler = element(root, "samplers", index_in(*texture, "sampler")))
+  out.image = image_of(texture);
+  if (const json* sampler = texture ? element(root, "samplers", index_in(*texture, "sampler")) : nullptr)
     out.material.wrap = {wrap_of(*sampler, "wrapS"), wrap_of(*sampler, "wrapT")};
   read_transform(*info, out);
   return out;
