@@ -105,6 +105,24 @@ bool blocks_nothing(const mesh::Mesh& mesh) {
   return std::ranges::count(mesh.alpha, mesh::TriangleAlpha::clear) == ptrdiff_t(mesh.triangles.size());
 }
 
+[[noreturn]] void refuse_clear(const mesh::Scene& scene) {
+  constexpr size_t kNamed = 5;
+  uint64_t triangles = 0;
+  std::vector<std::string> names;
+  for (const mesh::MaterialAlpha& material : scene.see_through) {
+    if (material.clear == 0) continue;
+    triangles += material.clear;
+    if (names.size() <= kNamed)
+      names.push_back(names.size() < kNamed ? fmt::format("'{}'", material.name) : "...");
+  }
+  throw Error(
+      Status::all_degenerate,
+      fmt::format(
+          "it has {} triangles of material{} {}, but all of them let light through, and block nothing "
+          "(--ignore-alpha makes them solid)",
+          triangles, names.size() == 1 ? "" : "s", fmt::join(names, ", ")));
+}
+
 /// What was changed in a mesh, after its name; empty if nothing was. Welding moves no position, so it does
 /// not count as a change.
 std::string changes_of(const Prepared& prepared) {
@@ -149,7 +167,10 @@ PreparedScene prepare(const mesh::Scene& scene, bool strict) {
       prepared.notes.push_back(fmt::format("left out: {}", error.what()));
     }
   }
-  if (prepared.objects.empty() && !scene.meshes.empty()) prepare(scene.meshes.front());  // throws why
+  if (prepared.objects.empty() && !scene.meshes.empty()) {
+    if (std::ranges::all_of(scene.meshes, blocks_nothing) && !scene.see_through.empty()) refuse_clear(scene);
+    prepare(scene.meshes.front());  // throws why
+  }
   for (uint32_t i = 0; i < scene.instances.size(); ++i) {
     const mesh::Instance& instance = scene.instances[i];
     if (prepared.object_of[instance.mesh] == PreparedScene::kNone) continue;

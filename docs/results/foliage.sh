@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Measures foliage: fields of a tree at several sizes, how right their probabilities are, pictures by probability, opacities
 # per voxel, and how many bits a leaf needs. Writes docs/results/foliage.md. What was made once stays in
-# build/foliage. Takes about half an hour on two cores.
+# build/foliage. Takes about half an hour on two cores. TRIANGLES, RAYS and WIDTH make it shorter, to try it; the page
+# is for the values below.
 #
 #   docs/results/foliage.sh
 set -euo pipefail
@@ -10,16 +11,17 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 . docs/results/once.sh
 
 nif=build/release/bin/nif opacity=build/release/bin/voxel_opacity out=build/foliage
+triangles=${TRIANGLES:-500000} rays=${RAYS:-200000} width=${WIDTH:-480}
 cmake --build build/release --target nif voxel_opacity >&2
 mkdir -p "$out"
 tree=$out/tree.ply
-[[ -f $tree ]] || "$nif" mesh generate tree -o "$tree" --triangles 500000 --quiet
+[[ -f $tree ]] || "$nif" mesh generate tree -o "$tree" --triangles "$triangles" --quiet
 
 # bake NAME options: an asset, and its figures.
 bake() {
   local asset=$out/$1.nif
-  [[ -f $asset ]] || "$nif" bake "$tree" -o "$asset" --rays 200000 --quiet "${@:2}"
-  once "$out/$1.json" "$nif" eval "$asset" --mesh "$tree" --rays 200000 --seed 5 --calibration --json --quiet
+  [[ -f $asset ]] || "$nif" bake "$tree" -o "$asset" --rays "$rays" --quiet "${@:2}"
+  once "$out/$1.json" "$nif" eval "$asset" --mesh "$tree" --rays "$rays" --seed 5 --calibration --json --quiet
   once "$out/$1.info.json" "$nif" info "$asset" --json
 }
 bake segment-48 --encoding segment --resolution 48
@@ -34,7 +36,7 @@ fields=(segment-48 segment-high segment segment-96 segment-128)
 picture() {
   local scene=$out/$1.$2.toml i
   {
-    printf '[picture]\nwidth = 480\nheight = 270\nsamples = %s\n\n' "$3"
+    printf '[picture]\nwidth = %d\nheight = %d\nsamples = %s\n\n' "$width" $((width * 9 / 16)) "$3"
     printf '[[object]]\nmesh = "tree.ply"\nnif = "%s.nif"\n\n[ground]\n\n[[light]]\ntype = "%s"\n' "$2" "$1"
     [[ $1 != sun ]] || printf 'direction = [0.5, 0.8, 0.6]\n'
     for ((i = 0; i < 6; ++i)); do
@@ -48,13 +50,13 @@ for asset in segment segment-128; do
   picture sky $asset 64
 done
 
-for voxels in 16 32; do once "$out/opacity-$voxels.tsv" "$opacity" "$tree" $voxels 400000; done
+for voxels in 16 32; do once "$out/opacity-$voxels.tsv" "$opacity" "$tree" $voxels $((2 * rays)); done
 
 # leaves PLACE DIRECTION ROLL SIZE: bits of each.
 leaves() {
   local name=$out/leaves-$1-$2-$3-$4
   [[ -f $name.ply ]] || once "$name.bits.json" docs/results/foliage.py "$tree" "$name.ply" "$@"
-  once "$name.json" "$nif" mesh compare "$tree" "$name.ply" --rays 200000 --samples 10000 --json --quiet
+  once "$name.json" "$nif" mesh compare "$tree" "$name.ply" --rays "$rays" --samples 10000 --json --quiet
 }
 rounded=('8 4 4 2' '9 4 5 2' '10 5 5 3' '12 7 7 4')
 for bits in "${rounded[@]}"; do

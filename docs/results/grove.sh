@@ -29,6 +29,8 @@ for case in "${cases[@]}"; do
   printf '== %s\n' "$name"
   # shellcheck disable=SC2086 # several words
   "$program" "$scene" "$asset" --width "$width" --samples "$samples" --rounds "$rounds" $options
+  "$nif" info "$asset" --json |
+    jq -r '.bytes.parts | "parts \(.bvh.file) \(.holes.file + .alpha_maps.file) \(.decoded_triangles.resident) \(.alpha_maps.resident)"'
 done >"$out/all.txt"
 
 LC_ALL=C awk -v machine="$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1)" -v rounds="$rounds" -v width="$width" \
@@ -42,7 +44,7 @@ LC_ALL=C awk -v machine="$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head
     for (i = 1; i <= 4; ++i) time[i] = words[i]
   }
   /^== / { ++count; name[count] = substr($0, 4) }
-  / placed / { models[count] = $4; placed[count] = $7; triangles[count] = $9 }
+  / placed / { models_triangles[count] = $1; models[count] = $4; placed[count] = $7; triangles[count] = $9 }
   /^Embree, with its masks/ { embree[count] = $7; parts[count] = $5; instances[count] = $6 }
   /^asset, in memory/ { memory[count] = $6; asset_parts[count] = $4; asset_instances[count] = $5 }
   /^asset, as a file/ { file[count] = $5 }
@@ -50,6 +52,7 @@ LC_ALL=C awk -v machine="$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head
   /^Embree, packets/ { seconds($0); for (i = 1; i <= 4; ++i) packet[count, i] = time[i] }
   /^asset  / { seconds($0); for (i = 1; i <= 4; ++i) own[count, i] = time[i] }
   /million rays/ { next }
+  /^parts / { trees[count] = $2; holes[count] = $3; decoded[count] = $4; maps[count] = $5 }
   /differ by/ { psnr[count] = $(NF - 1) }
   END {
     for (c = 1; c <= count; ++c) {
@@ -91,5 +94,22 @@ LC_ALL=C awk -v machine="$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head
       printf " %s |\n", psnr[c]
     }
     print "\nThe pictures have the same random numbers. PSNR is over all pixels, on sRGB values before they are rounded."
+    print "\n## What stands in the way\n"
+    print "**Speed: first hits.** What the asset loses, it loses on camera rays, which ask for first hits. They take this share of its time,"
+    print "and had they taken as long as those of Embree, the whole picture would have this speed, as a multiple of that of Embree:\n"
+    print "| | camera rays, of the time | speed with first hits as fast |"
+    print "| --- | ---: | ---: |"
+    for (c = 1; c <= count; ++c)
+      printf "| %s | %.0f %% | %.2f |\n", name[c], 100 * own[c, 1] / own[c, 4], best(single[c, 4], packet[c, 4]) / (own[c, 4] - own[c, 1] + best(single[c, 1], packet[c, 1]))
+    print "\nHoles are not the cause: the pine loses more on such rays [without its holes](cutouts.md#as-built)."
+    print "\n**Bytes: each leaf is stored, and each place.** In kB, `nif info`; the last column is of the scene:\n"
+    print "| | a tenth of Embree'"'"'s bytes | file: trees and triangles | holes and maps | memory: decoded triangles | maps | places |"
+    print "| --- | ---: | ---: | ---: | ---: | ---: | ---: |"
+    for (c = 1; c <= count; ++c)
+      if (name[c] !~ /smallest/)
+        printf "| %s | %s | %s | %s | %s | %s | %s |\n", name[c], kb(embree[c] / 10), kb(trees[c]), kb(holes[c]), kb(decoded[c]), kb(maps[c]), kb(asset_instances[c])
+    printf "\nOf `forest`, trees and triangles are coded in %.1f bytes a triangle of the models, and a tenth of Embree'"'"'s bytes is %.1f for everything.\n", trees[1] / models_triangles[1], embree[1] / 10 / models_triangles[1]
+    print "Decoded triangles buy speed; `smallest` has none. Of `pines`, places alone take more than a tenth, and so do the bits of the map, which"
+    print "Embree'"'"'s filter function holds, too. Fewer bytes would take leaves as copies of one shape [within an object](foliage.md#leaves-as-one-shape)."
   }' "$out/all.txt" >docs/results/grove.md.new
 mv docs/results/grove.md.new docs/results/grove.md

@@ -131,7 +131,7 @@ void AlphaReport::write(const Input& input, Scene& scene) const {
   size_t notes = 0;
   for (const auto& [material, why] : unread_)
     if (++notes <= kMostNotes)
-      note(NoteKind::pictures, fmt::format("the picture of material '{}' {}; it counts as opaque",
+      note(NoteKind::pictures, fmt::format("the picture of material '{}' {}",
                                            short_clean_name(materials_.at(material).name), why));
   if (notes > kMostNotes)
     note(NoteKind::pictures,

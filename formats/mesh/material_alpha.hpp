@@ -62,7 +62,13 @@ class AlphaReport {
   /// Counts one that is cut, and collects its holes.
   void keep(size_t material, const NewHoles& made, size_t triangle, HoleCollector& holes);
   /// Its picture counts as opaque. `why` goes on from the name: "cannot be decoded".
-  void cannot_read(size_t material, const std::string& why) { unread_.try_emplace(material, why); }
+  void cannot_read(size_t material, const std::string& why) {
+    unread_.try_emplace(material, why + "; it counts as opaque");
+  }
+  /// The same where triangles have no texture coordinates.
+  void cannot_place(size_t material) {
+    unread_.try_emplace(material, "has no texture coordinates on some triangles; there it counts as opaque");
+  }
 
   /// Sets Scene::see_through, and adds notes.
   void write(const Input& input, Scene& scene) const;

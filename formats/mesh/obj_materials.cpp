@@ -223,7 +223,10 @@ TriangleAlpha ObjMaterials::decide_one(const Face& face, const AlphaTest& test, 
   AlphaTest own = test;
   Placed placed;
   if (own.picture) placed = place(face, triangle, *own.picture);
-  if (!placed.everywhere) own.picture = nullptr;
+  if (!placed.everywhere) {
+    report_.cannot_place(face.material);
+    own.picture = nullptr;
+  }
   if (own.picture && placed.ambiguous) {
     report_.count_filled(face.material, Filled::ambiguous);
     return TriangleAlpha::cut;

@@ -18,7 +18,7 @@ struct Distance {
 
 /// Distances of points on `from`, evenly distributed by area and drawn from the seed, and of all its
 /// vertices, to the nearest point of `to`. The mean is over the drawn points, the maximum over both. Runs on
-/// all threads; the result does not depend on their number.
+/// all threads; the result does not depend on their number. Triangles with holes count as solid.
 Distance distance(const mesh::CleanMesh& from, const mesh::CleanMesh& to, uint64_t samples, uint64_t seed);
 
 /// Number of rays of a named set (docs/ray-sets.md) that two meshes answer differently.
@@ -32,7 +32,7 @@ struct Visibility {
 };
 
 /// Uses the ray sets of `first`, with `rays` rays each, drawn from the seed and answered by Embree on both
-/// meshes. The `sun` set uses the picture of `first`.
+/// meshes, with their holes. The `sun` set uses the picture of `first`.
 Visibility visibility(const bake::GroundTruth& first, const bake::EmbreeTruth& second, bake::RaySet set,
                       uint64_t rays, uint64_t seed);
 

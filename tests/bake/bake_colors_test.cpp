@@ -201,6 +201,21 @@ TEST(Colors, FollowTheTransformOfATexture) {
   expect_near(mirrored.at(0.8f, 0.5f), {1, 0, 0}, "mirrored");
 }
 
+/// KHR_materials_pbrSpecularGlossiness has the colour of such a material; the other one is for readers that do not know it.
+TEST(Colors, OfSpecularGlossiness) {
+  Gltf gltf = two_squares(two_halves(8));
+  nlohmann::json& materials = gltf.json["materials"];
+  materials[0]["extensions"]["KHR_materials_pbrSpecularGlossiness"] = {{"diffuseFactor", {0.5, 0.25, 1, 1}}};
+  materials[1]["extensions"]["KHR_materials_pbrSpecularGlossiness"] = {{"diffuseTexture", {{"index", 0}}}};
+  const mesh::Scene scene = mesh::read("a.glb", gltf.glb(), with_colors());
+  EXPECT_TRUE(scene.notes.empty());
+  ASSERT_EQ(scene.materials.size(), 5u);
+  EXPECT_EQ(scene.materials[1].factor, (std::array{0.5f, 0.25f, 1.0f}));
+  EXPECT_EQ(scene.materials[1].texture, mesh::kNoTexture);
+  EXPECT_EQ(scene.materials[3].factor, (std::array{1.0f, 1.0f, 1.0f}));
+  EXPECT_EQ(scene.materials[3].texture, 0u);
+}
+
 /// A missing picture only causes a note.
 TEST(Colors, OfPicturesThatCannotBeRead) {
   const std::string picture = two_halves(8);

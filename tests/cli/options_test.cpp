@@ -146,7 +146,15 @@ INSTANTIATE_TEST_SUITE_P(
                      {"--open-rays", "--encoding auto"}},
         WrongOptions{"UnknownBlend", bake({"--blend", "half"}), {"--blend 'half'", "cutoff, opaque, ignore"}},
         WrongOptions{"UnknownGlass", bake({"--glass", "half"}), {"--glass 'half'", "ignore, opaque"}},
-        WrongOptions{"CutoffAboveOne", bake({"--alpha-cutoff", "1.5"}), {"--alpha-cutoff '1.5'"}},
+        WrongOptions{"CutoffAboveOne",
+                     bake({"--alpha-cutoff", "1.5"}),
+                     {"--alpha-cutoff '1.5' is not a rate from 0 to 1"}},
+        WrongOptions{"CutoffBelowZero",
+                     bake({"--alpha-cutoff", "-1"}),
+                     {"--alpha-cutoff '-1' is not a rate from 0 to 1"}},
+        WrongOptions{
+            "CutoffIsNoNumber", bake({"--alpha-cutoff", "nan"}), {"--alpha-cutoff 'nan' is not a number"}},
+        WrongOptions{"NegativeBytes", bake({"--max-bytes", "-5"}), {"--max-bytes '-5' is not a size"}},
         WrongOptions{"NoAlphaResolution", bake({"--alpha-resolution", "0"}), {"--alpha-resolution", "16384"}},
         WrongOptions{
             "TooMuchAlphaResolution", bake({"--alpha-resolution", "16385"}), {"--alpha-resolution", "16384"}},

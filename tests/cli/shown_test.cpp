@@ -180,7 +180,31 @@ TEST_F(Shown, WhatLetsLightThroughIsRecordedAndReadAlike) {
   primitives.erase(1);
   const Outcome nothing = bake(write("pane.glb", gltf), path("pane.nif"));
   EXPECT_EQ(nothing.code, int(Status::all_degenerate));
-  EXPECT_NE(nothing.err.find("all of them let light through"), std::string::npos) << nothing.err;
+  EXPECT_NE(nothing.err.find("12 triangles of material 'glass', but all of them let light through"),
+            std::string::npos)
+      << nothing.err;
+}
+
+/// Whoever has no alpha pays nothing for it: the same bytes, whether alpha is read or not. (Golden files that are older than
+/// holes keep the bits of answers.)
+TEST_F(Shown, WhatHasNoAlphaIsBakedAlike) {
+  Gltf gltf = half_open();  // vertex colours with alpha, which an opaque material ignores
+  gltf.json["materials"][0] = {{"name", "wall"}};
+  const std::string mesh = write("wall.glb", gltf), read = path("read.nif"), ignored = path("ignored.nif");
+  for (const std::string encoding : {"bvh", "exact", "proof", "segment"}) {
+    const auto baked = [&](const std::string& asset, std::vector<std::string> more) {
+      more.insert(more.end(), {"--encoding", encoding, "--rays", "0"});
+      if (encoding != "bvh") more.insert(more.end(), {"--resolution", "8"});
+      if (encoding == "segment") more.insert(more.end(), {"--preset", "fast"});
+      more.insert(more.begin(), {"bake", mesh, "-o", asset});
+      const Outcome outcome = nif(more);
+      EXPECT_EQ(outcome.code, 0) << outcome.err;
+      return read_bytes(asset);
+    };
+    EXPECT_EQ(baked(read, {}), baked(ignored, {"--ignore-alpha"})) << encoding;
+    EXPECT_FALSE(info(read)["metadata"].contains("alpha"));
+    EXPECT_NE(info(read)["objects"][0]["encoding"], "cutout");
+  }
 }
 
 TEST_F(Shown, WhatHasHolesIsExactUnlessItIsAskedToBeOtherwise) {
@@ -238,6 +262,36 @@ TEST_F(Shown, PicturesHaveHolesWithoutAnAsset) {
   ASSERT_FALSE(alone.empty());
   EXPECT_EQ(alone, baked);
   EXPECT_NE(alone, picture("solid", "", {"--ignore-alpha"}));
+}
+
+/// Rays pass holes; distances are told to be without them.
+TEST_F(Shown, MeshesAreComparedWithTheirHoles) {
+  Gltf solid = half_open();
+  solid.json["materials"][0].erase("alphaMode");
+  const std::string open = write("half.glb", half_open()), closed = write("solid.glb", solid);
+  const auto compare = [](std::vector<std::string> more) {
+    more.insert(more.begin(), {"mesh", "compare"});
+    more.insert(more.end(), {"--rays", "5000", "--samples", "1000"});
+    return nif(more);
+  };
+  const auto differs = [&](const std::vector<std::string>& more, const char* how) {
+    std::vector<std::string> arguments = more;
+    arguments.push_back("--json");
+    const Outcome compared = compare(arguments);
+    EXPECT_EQ(compared.code, 0) << compared.err;
+    const json result = json::parse(compared.out);
+    return result["sets"]["outer-lines"][how].get<double>();
+  };
+  EXPECT_GT(differs({closed, open}, "opened"), 0.05);
+  EXPECT_EQ(differs({closed, open}, "closed"), 0);
+  EXPECT_GT(differs({open, closed}, "closed"), 0.05);
+  EXPECT_EQ(differs({open, open}, "difference"), 0);
+  EXPECT_EQ(differs({closed, open, "--ignore-alpha"}, "difference"), 0);
+  const std::string said = compare({closed, open}).out, whole = "as if they had no holes";
+  EXPECT_NE(said.find("half.glb: 24 triangles, 16 with holes\n"), std::string::npos) << said;
+  EXPECT_NE(said.find("solid.glb: 24 triangles\n"), std::string::npos) << said;
+  EXPECT_NE(said.find(whole), std::string::npos) << said;
+  EXPECT_EQ(compare({closed, closed}).out.find(whole), std::string::npos);
 }
 
 TEST_F(Shown, SeveralInstancesOfANodeAreAttachedAsOne) {

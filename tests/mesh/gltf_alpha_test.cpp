@@ -98,8 +98,19 @@ TEST(GltfAlpha, RulesOfMaterials) {
   EXPECT_EQ(strip_of({25, 26}, low), (Alphas{kClear, kSolid}));
   low["alphaCutoff"] = 0;
   EXPECT_EQ(strip_of({0, 255}, low), Alphas()) << "nothing is below 0";
-  low["alphaCutoff"] = 1.5;
-  EXPECT_EQ(strip_of({0, 255}, low), (Alphas{kClear, kClear}));
+  for (const json& below : {json(-1), json(-1e300)}) {
+    low["alphaCutoff"] = below;
+    EXPECT_EQ(strip_of({0, 255}, low), Alphas()) << below;
+  }
+  for (const json& above : {json(1.5), json(1e300)}) {
+    low["alphaCutoff"] = above;
+    EXPECT_EQ(strip_of({0, 255}, low), (Alphas{kClear, kClear})) << above;
+  }
+  for (const json& none : {json("0.1"), json(nullptr), json::array({0.1})}) {
+    low["alphaCutoff"] = none;
+    EXPECT_EQ(strip_of({127, 128}, low), (Alphas{kClear, kSolid}))
+        << none << ": 0.5, as if it were not there";
+  }
   low["alphaCutoff"] = double(0.2f);
   EXPECT_EQ(strip_of({50, 51}, low), (Alphas{kClear, kSolid})) << "51 / 255 is 0.2, as a float, too";
   json half = mask;
@@ -115,6 +126,46 @@ TEST(GltfAlpha, RulesOfMaterials) {
   const json glass{{"extensions", {{"KHR_materials_transmission", {{"transmissionFactor", 0.9}}}}}};
   EXPECT_EQ(one_of(glass), kClear);
   EXPECT_EQ(one_of(glass, {.opaque_glass = true}), kSolid);
+}
+
+/// KHR_materials_pbrSpecularGlossiness has a factor and a picture of its own; the others are for readers that do not know
+/// it.
+TEST(GltfAlpha, SpecularGlossinessReplacesTheBaseColour) {
+  const auto glossy = [](const json& said) {
+    return json{{"alphaMode", "MASK"}, {"extensions", {{"KHR_materials_pbrSpecularGlossiness", said}}}};
+  };
+  const json picture{{"diffuseTexture", {{"index", 0}}}}, faint{{"diffuseFactor", {1, 1, 1, 0.4}}};
+  const auto over = [](const std::vector<uint8_t>& texels, const json& material) {
+    Gltf gltf = strip(texels.size(), texels.size(), material);
+    give_picture(gltf, row_of(texels));
+    return read(gltf).meshes[0].alpha;
+  };
+  EXPECT_EQ(over({0, 127, 128, 255}, glossy(picture)), (Alphas{kClear, kClear, kSolid, kSolid}));
+  EXPECT_EQ(one_of(glossy(faint)), kClear);
+  json both = picture;
+  both["diffuseFactor"] = {1, 1, 1, 0.6};
+  EXPECT_EQ(over({212, 213}, glossy(both)), (Alphas{kClear, kSolid})) << "0.6 times 213 / 255 is 0.501";
+  EXPECT_EQ(one_of(glossy(json::object())), kSolid) << "alpha is 1";
+
+  // It wins, also with what it does not say.
+  json fallback = glossy(json::object());
+  fallback["pbrMetallicRoughness"] = factor(0);
+  EXPECT_EQ(one_of(fallback), kSolid);
+  EXPECT_EQ(over({0, 255}, pictured(glossy(json::object()))), Alphas()) << "only the fallback has a picture";
+  json other = glossy(faint);
+  other["pbrMetallicRoughness"] = factor(1);
+  EXPECT_EQ(one_of(other), kClear);
+  EXPECT_EQ(over({0, 255}, pictured(glossy(faint))), (Alphas{kClear, kClear}));
+  // What is no extension does not.
+  json broken = pictured(glossy("none"));
+  EXPECT_EQ(over({0, 255}, broken), (Alphas{kClear, kSolid}));
+
+  json moved = picture;
+  moved["diffuseTexture"]["extensions"]["KHR_texture_transform"] = {{"offset", {0.5, 0}}};
+  EXPECT_EQ(over({0, 255}, glossy(moved)), (Alphas{kSolid, kClear}));
+  json opaque = glossy(faint);
+  opaque.erase("alphaMode");
+  EXPECT_EQ(one_of(opaque), kSolid);
 }
 
 TEST(GltfAlpha, OptionsForMaterialsThatBlend) {
@@ -531,6 +582,74 @@ TEST(GltfAlpha, PicturesThatCannotBeReadCountAsOpaque) {
   Gltf gltf = strip(1, 1, pictured({{"alphaMode", "BLEND"}}));
   give_picture(gltf, jpeg(8, 8, {64, {9, 9, 9}}));
   EXPECT_EQ(read(gltf).meshes[0].alpha, Alphas()) << "a JPEG has no alpha";
+}
+
+/// A material whose picture does not exist, or has no place on a triangle, is not silently solid.
+TEST(GltfAlpha, WhatIsMissingIsNoted) {
+  const auto noted = [](const Gltf& gltf, const std::string& what) {
+    const Scene scene = read(gltf);
+    EXPECT_EQ(scene.meshes[0].alpha, Alphas()) << what;
+    ASSERT_EQ(scene.notes.size(), 1u) << what;
+    EXPECT_EQ(scene.notes[0].kind, NoteKind::pictures);
+    EXPECT_EQ(scene.notes[0].text, "a.glb: the picture of material 'leaf' " + what);
+  };
+  const json leaf = pictured({{"name", "leaf"}, {"alphaMode", "MASK"}});
+  const auto with = [&](const char* list, const json& content) {
+    Gltf gltf = strip(2, 2, leaf);
+    give_picture(gltf, row_of({0, 0}));
+    gltf.json[list] = content;
+    return gltf;
+  };
+  const std::string none = "does not exist; it counts as opaque";
+  noted(with("textures", json::array()), none);
+  noted(with("textures", {{{"source", 9}}}), none);
+  noted(with("textures", {{{"source", "leaf.png"}}}), none);
+  noted(with("images", json::array()), none);
+  noted(with("textures", {{{"name", "of an extension"}}}),
+        "is in a format that only an extension names; it counts as opaque");
+
+  const std::string nowhere = "has no texture coordinates on some triangles; there it counts as opaque";
+  Gltf bare = with("asset", {{"version", "2.0"}});
+  json& info = bare.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"];
+  info["texCoord"] = 1;
+  noted(bare, nowhere);
+  info["texCoord"] = 0;
+  info["extensions"]["KHR_texture_transform"] = {{"texCoord", 3}};
+  noted(bare, nowhere);
+  info.erase("extensions");
+  EXPECT_EQ(read(bare).meshes[0].alpha, (Alphas{kClear, kClear}));
+  bare.json["meshes"][0]["primitives"][0]["attributes"].erase("TEXCOORD_0");
+  noted(bare, nowhere);
+  // A picture without alpha has nothing to lose.
+  bare.json["images"][0]["bufferView"] = bare.view(jpeg(8, 8, {64, {9, 9, 9}}));
+  EXPECT_TRUE(read(bare).notes.empty());
+}
+
+/// Texture coordinates and colours that do not fit count as none for every primitive that has them, also after others
+/// were read.
+TEST(GltfAlpha, ValuesOfVerticesThatDoNotFit) {
+  Gltf gltf = strip(1, 1, pictured({{"name", "leaf"}, {"alphaMode", "MASK"}}));
+  give_picture(gltf, row_of({0}));
+  json& primitives = gltf.json["meshes"][0]["primitives"];
+  const int few = gltf.accessor(raw(std::vector<float>{0.5f, 0.5f, 0.5f, 0.5f}), 5126, "VEC2", 2),
+            wrong = gltf.accessor(raw(std::vector<float>(9, 0.5f)), 5126, "VEC3", 3);
+  for (const int coordinates : {few, few, wrong, wrong, 99, 99}) {
+    primitives.push_back(primitives[0]);
+    primitives.back()["attributes"]["TEXCOORD_0"] = coordinates;
+  }
+  const Scene scene = read(gltf);
+  EXPECT_EQ(scene.meshes[0].alpha, (Alphas{kClear, kSolid, kSolid, kSolid, kSolid, kSolid, kSolid}));
+  ASSERT_EQ(scene.notes.size(), 2u) << "clear triangles, and this";
+  EXPECT_NE(scene.notes[1].text.find("'leaf' has texture coordinates or vertex colours that cannot be read"),
+            std::string::npos)
+      << scene.notes[1].text;
+
+  Gltf faded = strip(1, 1, {{"alphaMode", "MASK"}});
+  const int half = faded.accessor(raw(std::vector<float>(8, 0.1f)), 5126, "VEC4", 2);
+  faded.json["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = half;
+  const Scene solid = read(faded);
+  EXPECT_EQ(solid.meshes[0].alpha, Alphas());
+  EXPECT_EQ(solid.notes.size(), 1u);
 }
 
 /// The lists go on to fit after triangles are merged or dropped.

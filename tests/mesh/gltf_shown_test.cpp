@@ -296,6 +296,14 @@ TEST(GltfShown, NotesMaterialsThatLetLightThrough) {
   EXPECT_TRUE(is_noted({{"alphaMode", "MASK"}, {"pbrMetallicRoughness", colour(0.4)}}));
   EXPECT_FALSE(
       is_noted({{"alphaMode", "MASK"}, {"alphaCutoff", 0.3}, {"pbrMetallicRoughness", colour(0.4)}}));
+  const auto glossy = [](const json& said) { return json{{"KHR_materials_pbrSpecularGlossiness", said}}; };
+  EXPECT_TRUE(
+      is_noted({{"alphaMode", "BLEND"}, {"extensions", glossy({{"diffuseTexture", {{"index", 0}}}})}}));
+  EXPECT_TRUE(
+      is_noted({{"alphaMode", "BLEND"}, {"extensions", glossy({{"diffuseFactor", {1, 1, 1, 0.1}}})}}));
+  EXPECT_FALSE(is_noted({{"alphaMode", "BLEND"},
+                         {"extensions", glossy(json::object())},
+                         {"pbrMetallicRoughness", colour(0.1)}}));
   EXPECT_TRUE(is_noted({{"extensions", {{"KHR_materials_transmission", {{"transmissionFactor", 0.5}}}}}}));
   EXPECT_FALSE(is_noted({{"extensions", {{"KHR_materials_transmission", json::object()}}}}));
   EXPECT_TRUE(is_noted({{"name", "glass"}, {"alphaMode", "BLEND"}, {"pbrMetallicRoughness", colour(0)}}));

@@ -140,6 +140,11 @@ TEST_F(ObjAlpha, PolygonsAndObjects) {
              "f 1 2 3\nf 1/1 2/-7 3/1\n",
              "newmtl m\nmap_d row.png\n"),
       (Alphas{kClear, kSolid, kSolid, kSolid}));
+  const Scene bare = read("mtllib a.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  ASSERT_EQ(bare.notes.size(), 1u);
+  EXPECT_EQ(bare.notes[0].kind, NoteKind::pictures);
+  EXPECT_NE(bare.notes[0].text.find("'m' has no texture coordinates on some triangles"), std::string::npos)
+      << bare.notes[0].text;
   // A vertex that is used twice, with two places: either may count.
   const Alphas twice = alphas(
       "mtllib a.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 1 .5 0\nv .5 1 0\nv 0 1 0\nvt .8 .5\nvt .2 .5\n"

@@ -22,7 +22,7 @@ double leading_number(const std::string& text, std::string& rest, const std::str
   } catch (const std::exception&) {
     used = 0;
   }
-  if (used == 0 || !std::isfinite(value) || value < 0) {
+  if (used == 0 || !std::isfinite(value)) {
     throw Error(Status::usage, fmt::format("{} '{}' is not a number", option, text));
   }
   rest = text.substr(used);
@@ -35,8 +35,9 @@ double parse_rate(const std::string& text, const std::string& option) {
   std::string rest;
   double value = leading_number(text, rest, option);
   if (rest == "%") value /= 100;
-  if ((rest != "" && rest != "%") || value > 1) {
-    throw Error(Status::usage, fmt::format("{} '{}' is not a rate: write 0.002 or 0.2%", option, text));
+  if ((rest != "" && rest != "%") || value < 0 || value > 1) {
+    throw Error(Status::usage,
+                fmt::format("{} '{}' is not a rate from 0 to 1: write 0.002 or 0.2%", option, text));
   }
   return value;
 }
@@ -51,7 +52,7 @@ uint64_t parse_whole(const std::string& text, const std::string& option, Units u
   std::string rest;
   const double value = leading_number(text, rest, option);
   for (const auto& [unit, factor] : units) {
-    if (rest == unit && value * factor < 1e18) return uint64_t(value * factor);
+    if (rest == unit && value >= 0 && value * factor < 1e18) return uint64_t(value * factor);
   }
   throw Error(Status::usage, fmt::format("{} '{}' is not a {}: write {}", option, text, what, examples));
 }

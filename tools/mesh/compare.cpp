@@ -1,6 +1,8 @@
-// `nif mesh compare`: measures how much two meshes differ, in distance and in the rays that they block.
+// `nif mesh compare`: measures how much two meshes differ, in distance and in the rays that they block. Rays pass holes,
+// as in a bake; distances are between the triangles as a whole, because a hole has no border in space.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -37,11 +39,13 @@ struct Arguments : RunArguments {
   std::string first, second, format;
   std::vector<std::string> sets;
   uint64_t samples = 1'000'000, rays = 1'000'000, seed = 1;
+  bool ignore_alpha = false;
 };
 
 struct Comparison {
   uint64_t triangles[2];
-  double diagonal;  ///< of the first mesh
+  uint64_t with_holes[2];  ///< of these
+  double diagonal;         ///< of the first mesh
   compare::Distance there, back;
   std::vector<compare::Visibility> sets;
 };
@@ -50,10 +54,13 @@ struct Comparison {
 class Side {
  public:
   /// Uses the offset of `beside`, if given, otherwise its own, so that floats are precise enough.
-  Side(const std::string& file, const std::string& format, Progress& progress, bool quiet,
+  Side(const std::string& file, const std::string& format, const Arguments& a, Progress& progress,
        const Side* beside) {
-    mesh::Scene scene = read_mesh(file, progress, {.format = format});
-    print_notes(mesh::texts_of(scene.notes), quiet);
+    mesh::ReadLimits limits;
+    limits.format = format;
+    limits.alpha.read = !a.ignore_alpha;
+    mesh::Scene scene = read_mesh(file, progress, limits);
+    print_notes(mesh::texts_of(scene.notes), a.quiet);
     naming(file, [&] {
       offset_ = beside ? beside->offset_ : mesh::far_offset(scene);
       mesh::move_instances(scene, offset_ * -1);
@@ -68,6 +75,9 @@ class Side {
 
   const mesh::Mesh& mesh() const { return mesh_; }
   const bake::Prepared& prepared() const { return prepared_; }
+  uint64_t with_holes() const {
+    return uint64_t(std::ranges::count_if(prepared_.surface.holes, &mesh::TriangleHoles::any));
+  }
 
  private:
   Double3 offset_;
@@ -83,10 +93,11 @@ Comparison measure(const Arguments& a, Progress& progress) {
   const auto format_of = [&](const std::string& file) {
     return !piped || file == "-" ? a.format : std::string();
   };
-  const Side first(a.first, format_of(a.first), progress, a.quiet, nullptr),
-      second(a.second, format_of(a.second), progress, a.quiet, &first);
+  const Side first(a.first, format_of(a.first), a, progress, nullptr),
+      second(a.second, format_of(a.second), a, progress, &first);
   const mesh::CleanMesh &from = first.prepared().surface, &to = second.prepared().surface;
   Comparison results{{first.mesh().triangles.size(), second.mesh().triangles.size()},
+                     {first.with_holes(), second.with_holes()},
                      first.prepared().box.diagonal(),
                      {},
                      {},
@@ -122,6 +133,7 @@ void print_json(const Arguments& a, const Comparison& r, double seconds) {
   const nlohmann::ordered_json json{{"schema", kSchema},
                                     {"files", {a.first, a.second}},
                                     {"triangles", {r.triangles[0], r.triangles[1]}},
+                                    {"triangles_with_holes", {r.with_holes[0], r.with_holes[1]}},
                                     {"diagonal", r.diagonal},
                                     {"hausdorff", std::max(r.there.max, r.back.max)},
                                     {"first_to_second", json_of(r.there)},
@@ -133,8 +145,11 @@ void print_json(const Arguments& a, const Comparison& r, double seconds) {
 }
 
 void print(const Arguments& a, const Comparison& r) {
-  fmt::print("{}: {}\n{}: {}\n\n", a.first, count_of(r.triangles[0], "triangle"), a.second,
-             count_of(r.triangles[1], "triangle"));
+  const std::string* const files[] = {&a.first, &a.second};
+  for (size_t i = 0; i < 2; ++i)
+    fmt::print("{}: {}{}\n", *files[i], count_of(r.triangles[i], "triangle"),
+               r.with_holes[i] == 0 ? "" : fmt::format(", {} with holes", r.with_holes[i]));
+  fmt::print("\n");
   fmt::print("{:<18}{:>12}{:>12}{:>12}\n", "distance", "mean", "rms", "most");
   const auto row = [&](const char* name, const compare::Distance& d) {
     fmt::print("{:<18}{:>12.4g}{:>12.4g}{:>12.4g}\n", name, d.mean, d.root_mean_square, d.max);
@@ -144,6 +159,8 @@ void print(const Arguments& a, const Comparison& r) {
   const double most = std::max(r.there.max, r.back.max);
   fmt::print("Hausdorff distance {:.4g}, {:.4f} % of the diagonal, {:.4g}\n", most,
              r.diagonal > 0 ? 100 * most / r.diagonal : 0, r.diagonal);
+  if (r.with_holes[0] + r.with_holes[1] != 0)
+    fmt::print("Distances are between whole triangles, as if they had no holes.\n");
   if (r.sets.empty()) return;
   fmt::print("\n{:<14}{:>10}{:>12}{:>10}{:>10}\n", "ray set", "rays", "different", "opened", "closed");
   for (const compare::Visibility& set : r.sets) {
@@ -185,13 +202,18 @@ void add_mesh_compare(Command mesh) {
   add_set_option(command, a.sets, "all except camera");
   add_seed_option(command, a.seed);
   add_format_option(command, a.format);
+  command.add_flag(
+      "--ignore-alpha", a.ignore_alpha,
+      "Every triangle is solid, whatever its material says. Otherwise rays pass where materials of "
+      "glTF and OBJ let light through, as in nif bake without options; distances ignore holes");
   add_run_options(command, a, kSchema);
   command.footer(
       "Rays are generated for FIRST. 'opened' rays are blocked by FIRST but not by SECOND; 'closed' is the "
       "reverse.\n"
       "Examples:\n"
       "  nif mesh compare scan.ply light.ply\n"
-      "  nif mesh compare scan.ply light.ply --rays 0 --samples 100000");
+      "  nif mesh compare scan.ply light.ply --rays 0 --samples 100000\n"
+      "  nif mesh compare pine.glb cards.ply --ignore-alpha");
   command.callback([arguments] { run(*arguments); });
 }
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace nif::mesh::detail {
 namespace {
@@ -74,9 +75,12 @@ const std::vector<Value>& GltfAlpha::of_vertices(OfVertices<Value>& kept, int ac
         Status::too_large,
         fmt::format("has more texture coordinates and colours than the limit of {} triangles has corners",
                     input_.limits.max_triangles));
-  kept.accessor = accessor;
-  kept.values = read(accessor, count);
-  kept.values.resize(std::max<size_t>(kept.values.size(), count), kept.otherwise);
+  kept = {};  // also if reading fails
+  std::vector<Value> values = read(accessor, count);
+  if (values.size() < count)
+    input_.fail(Status::malformed_mesh,
+                fmt::format("accessor {} has {} elements for {} vertices", accessor, values.size(), count));
+  kept = {accessor, std::move(values)};
   return kept.values;
 }
 
@@ -133,9 +137,13 @@ std::vector<TriangleAlpha> GltfAlpha::decide(const GltfDrawn& drawn, const Part&
   described.cutoff = rule->cutoff;
   AlphaTest test{std::clamp(surface.factor, 0.0, 1.0), rule->cutoff};
   std::vector<TriangleAlpha> alpha;
-  if (!rule->always && drawn.coordinates != -1) {
+  if (!rule->always) {
     test.picture = picture_of(material);
     test.wrap = source_.look.materials[material].material.wrap;
+  }
+  if (test.picture && drawn.coordinates == -1) {
+    report_.cannot_place(material);
+    test.picture = nullptr;
   }
   if (rule->always || drawn.hidden) {
     const TriangleAlpha all = rule->always ? *rule->always : show_hidden(drawn, test);

@@ -68,19 +68,18 @@ class GltfAlpha {
   /// Values of the vertices of the accessor that was read last.
   template <class Value>
   struct OfVertices {
-    Value otherwise;
     int accessor = -1;
     std::vector<Value> values{};
   };
 
-  /// Reads them, unless they are there. There are `count` at least.
+  /// Reads them, unless they are there. Throws an Error if there are fewer than `count`.
   template <class Value, class Read>
   const std::vector<Value>& of_vertices(OfVertices<Value>& kept, int accessor, uint32_t count,
                                         const Read& read);
 
   std::map<int, ReadPicture> known_;  ///< by image
-  OfVertices<std::array<float, 2>> coordinates_{{0, 0}};
-  OfVertices<float> colors_{1};
+  OfVertices<std::array<float, 2>> coordinates_;
+  OfVertices<float> colors_;
   uint64_t read_ = 0;  ///< values of vertices
   uint64_t steps_ = AlphaPicture::kMostSteps;
   HoleMaker holes_;

@@ -210,6 +210,16 @@ const json* member(const json& object, const char* name) {
   return found == object.end() ? nullptr : &*found;
 }
 
+GltfBaseColor base_color_of(const json& material) {
+  const json* extensions = member(material, "extensions");
+  const json* diffuse = extensions ? member(*extensions, "KHR_materials_pbrSpecularGlossiness") : nullptr;
+  if (diffuse && diffuse->is_object())
+    return {member(*diffuse, "diffuseFactor"), member(*diffuse, "diffuseTexture")};
+  const json* color = member(material, "pbrMetallicRoughness");
+  if (!color) return {};
+  return {member(*color, "baseColorFactor"), member(*color, "baseColorTexture")};
+}
+
 std::string short_name(std::string_view name) {
   constexpr size_t kLongest = 128;
   if (name.size() <= kLongest) return std::string(name);

@@ -66,12 +66,21 @@ std::optional<std::pair<size_t, std::string_view>> pointed_node(const nlohmann::
 /// Null if `object` is not an object or has no such member.
 const nlohmann::json* member(const nlohmann::json& object, const char* name);
 
+/// What a material says of its base colour. Null: nothing.
+struct GltfBaseColor {
+  const nlohmann::json *factor = nullptr, *texture = nullptr;
+};
+
+/// Of KHR_materials_pbrSpecularGlossiness if the material has that, otherwise of pbrMetallicRoughness, which is then only
+/// for readers that do not know the extension.
+GltfBaseColor base_color_of(const nlohmann::json& material);
+
 /// The first 128 bytes of a name that may be used by many things: any number of nodes can refer to one mesh,
 /// camera or light, and each of them gets its name.
 std::string short_name(std::string_view name);
 
-/// Stands for an image that only an extension refers to.
-inline constexpr int kInExtension = -2;
+/// Stand for an image that only an extension refers to, and for one that the file does not have.
+inline constexpr int kInExtension = -2, kNoSuchImage = -3;
 
 /// A material's base colour.
 struct GltfMaterial {

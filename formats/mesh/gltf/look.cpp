@@ -28,8 +28,7 @@ int index_in(const json& object, const char* name) {
 
 /// The numbers of an array with at least kCount elements; nothing for anything else.
 template <size_t kCount>
-std::optional<std::array<double, kCount>> numbers(const json& object, const char* name) {
-  const json* value = member(object, name);
+std::optional<std::array<double, kCount>> numbers(const json* value) {
   if (value == nullptr || !value->is_array() || value->size() < kCount) return std::nullopt;
   std::array<double, kCount> out;
   for (size_t i = 0; i < kCount; ++i) {
@@ -62,8 +61,8 @@ void read_transform(const json& info, GltfMaterial& out) {
   if (transform == nullptr) return;
   if (const int coordinates = index_in(*transform, "texCoord"); coordinates >= 0)
     out.coordinates = coordinates;
-  const auto offset = numbers<2>(*transform, "offset").value_or(std::array{0.0, 0.0}),
-             scale = numbers<2>(*transform, "scale").value_or(std::array{1.0, 1.0});
+  const auto offset = numbers<2>(member(*transform, "offset")).value_or(std::array{0.0, 0.0}),
+             scale = numbers<2>(member(*transform, "scale")).value_or(std::array{1.0, 1.0});
   const json* rotation = member(*transform, "rotation");
   const double angle = rotation != nullptr && rotation->is_number() ? rotation->get<double>() : 0;
   const double c = std::isfinite(angle) ? std::cos(angle) : 1, s = std::isfinite(angle) ? std::sin(angle) : 0;
@@ -72,29 +71,30 @@ void read_transform(const json& info, GltfMaterial& out) {
   for (size_t i = 0; i < rows.size(); ++i) out.material.transform[i] = static_cast<float>(rows[i]);
 }
 
-/// The image of a texture; EXT_texture_webp may name a better one than the texture itself.
-int image_of(const json& texture) {
+/// The image of a texture; EXT_texture_webp may name a better one than the texture itself. Null: no such texture.
+int image_of(const json* found) {
+  if (found == nullptr) return kNoSuchImage;
+  const json& texture = *found;
   const json* extensions = member(texture, "extensions");
   const json* webp = extensions ? member(*extensions, "EXT_texture_webp") : nullptr;
   const int better = webp != nullptr ? index_in(*webp, "source") : -1;
   if (better != -1) return better;
-  return member(texture, "source") ? index_in(texture, "source") : kInExtension;
+  if (member(texture, "source") == nullptr) return kInExtension;
+  const int image = index_in(texture, "source");
+  return image == -1 ? kNoSuchImage : image;
 }
 
 GltfMaterial read_material(const json& root, const json& source) {
   GltfMaterial out;
-  const json* colour = member(source, "pbrMetallicRoughness");
-  if (colour == nullptr) return out;
-  if (const auto factor = numbers<3>(*colour, "baseColorFactor"))
+  const auto& [color, info] = base_color_of(source);
+  if (const auto factor = numbers<3>(color))
     for (size_t c = 0; c < 3; ++c)
       out.material.factor[c] = static_cast<float>(std::clamp((*factor)[c], 0.0, 1.0));
-  const json* info = member(*colour, "baseColorTexture");
   if (info == nullptr) return out;
   out.coordinates = std::max(0, index_in(*info, "texCoord"));
   const json* texture = element(root, "textures", index_in(*info, "index"));
-  if (texture == nullptr) return out;
-  out.image = image_of(*texture);
-  if (const json* sampler = element(root, "samplers", index_in(*texture, "sampler")))
+  out.image = image_of(texture);
+  if (const json* sampler = texture ? element(root, "samplers", index_in(*texture, "sampler")) : nullptr)
     out.material.wrap = {wrap_of(*sampler, "wrapS"), wrap_of(*sampler, "wrapT")};
   read_transform(*info, out);
   return out;

@@ -26,12 +26,10 @@ GltfSurface read_surface(const json& material) {
                                        : GltfSurface::Alpha::opaque;
   }
   surface.cutoff = number_in(material, "alphaCutoff", 0.5);
-  if (const json* colour = member(material, "pbrMetallicRoughness")) {
-    surface.textured = member(*colour, "baseColorTexture") != nullptr;
-    const json* factor = member(*colour, "baseColorFactor");
-    if (factor && factor->is_array() && factor->size() == 4 && (*factor)[3].is_number())
-      surface.factor = (*factor)[3].get<double>();
-  }
+  const GltfBaseColor color = base_color_of(material);
+  surface.textured = color.texture != nullptr;
+  if (color.factor && color.factor->is_array() && color.factor->size() == 4 && (*color.factor)[3].is_number())
+    surface.factor = (*color.factor)[3].get<double>();
   const json* extensions = member(material, "extensions");
   const json* transmission = extensions ? member(*extensions, "KHR_materials_transmission") : nullptr;
   surface.transmits = transmission && number_in(*transmission, "transmissionFactor", 0) > 0;
