@@ -76,7 +76,7 @@ void measure_clip(const Arguments& arguments, const MeasuredAsset& asset,
     const ClipFrames::Pose pose = frames.at(f);
     for (const Scene* posed : {&scene, &reference}) {
       if (posed == &reference && !arguments.reference) continue;
-      frames.pose(posed->handle, pose);
+      pose_instances(posed->handle, 0, pose);
       check(nifCommitScene(posed->handle));
     }
     const bake::Answerer answer = arguments.reference

@@ -56,7 +56,7 @@ class ClipBench {
       if (mesh.skin) result_.bending += mesh.triangles.size();
     }
     // The first pose allocates; it is not timed.
-    frames_.pose(scene_.handle, frames_.at(0));
+    pose_instances(scene_.handle, 0, frames_.at(0));
     check(nifCommitScene(scene_.handle));
     tbb::task_arena(1).execute([&] {
       for (size_t f = 0; f < frames_.count(); ++f) measure_frame(f);
@@ -78,7 +78,7 @@ class ClipBench {
     if (cancel) throw Error(Status::interrupted, "the measurement was cancelled");
     progress_.update(double(frame) / double(frames_.count()), "measuring " + frames_.name(frame));
     const ClipFrames::Pose pose = frames_.at(frame);
-    result_.pose += seconds_of([&] { frames_.pose(scene_.handle, pose); });
+    result_.pose += seconds_of([&] { pose_instances(scene_.handle, 0, pose); });
     result_.commit += seconds_of([&] { check(nifCommitScene(scene_.handle)); });
     const mesh::Mesh mesh = frames_.mesh(pose);
     if (!refitted_ || mesh.positions.size() != vertices_) {

@@ -65,6 +65,29 @@ bool has_inverse(const mesh::Affine& m) {
 
 }  // namespace
 
+void pose_instances(NifScene scene, uint32_t first, std::span<const mesh::PosedInstance> instances,
+                    const mesh::Transform& outer) {
+  for (uint32_t i = 0; i < instances.size(); ++i) {
+    const mesh::PosedInstance& own = instances[i];
+    if (!own.joints.empty() || !own.weights.empty()) {
+      auto pose = nifkit::sized<NifPose>();
+      pose.joints = own.joints.empty() ? nullptr : own.joints[0].data();
+      pose.joint_count = uint32_t(own.joints.size());
+      pose.weights = own.weights.data();
+      pose.target_count = uint32_t(own.weights.size());
+      check(nifPoseInstance(scene, first + i, &pose));
+    }
+    if (!own.joints.empty()) continue;  // joints move it in the space of its instance
+    const bool shown = has_inverse(own.transform);
+    check(nifSetInstanceFlags(scene, first + i, shown ? 0 : NIF_INSTANCE_DISABLED));
+    if (!shown) continue;
+    mesh::Transform transform;
+    std::copy(own.transform.begin(), own.transform.end(), transform.begin());
+    transform = mesh::compose(outer, transform);
+    check(nifSetInstanceTransform(scene, first + i, transform.data()));
+  }
+}
+
 ClipFrames::ClipFrames(const MeasuredAsset& asset, const std::string& clip, uint32_t frames)
     : asset_(asset),
       poser_(asset.mesh_file(), asset.scene(), asset.limits()),
@@ -83,35 +106,14 @@ std::string ClipFrames::name(size_t frame) const {
 ClipFrames::Pose ClipFrames::at(size_t frame) const {
   std::vector<mesh::PosedInstance> all = poser_.at(moments_[frame]);
   Pose pose;
-  for (const uint32_t i : asset_.prepared().instances) pose.instances.push_back(std::move(all[i]));
+  for (const uint32_t i : asset_.prepared().instances) pose.push_back(std::move(all[i]));
   return pose;
-}
-
-void ClipFrames::pose(NifScene scene, const Pose& pose) const {
-  for (uint32_t i = 0; i < pose.instances.size(); ++i) {
-    const mesh::PosedInstance& own = pose.instances[i];
-    if (!own.joints.empty() || !own.weights.empty()) {
-      auto nif = nifkit::sized<NifPose>();
-      nif.joints = own.joints.empty() ? nullptr : own.joints[0].data();
-      nif.joint_count = uint32_t(own.joints.size());
-      nif.weights = own.weights.data();
-      nif.target_count = uint32_t(own.weights.size());
-      check(nifPoseInstance(scene, i, &nif));
-    }
-    if (!own.joints.empty()) continue;
-    const bool shown = has_inverse(own.transform);
-    check(nifSetInstanceFlags(scene, i, shown ? 0 : NIF_INSTANCE_DISABLED));
-    if (!shown) continue;
-    mesh::Transform transform;
-    std::copy(own.transform.begin(), own.transform.end(), transform.begin());
-    check(nifSetInstanceTransform(scene, i, transform.data()));
-  }
 }
 
 mesh::Mesh ClipFrames::mesh(const Pose& pose) const {
   mesh::Mesh whole{"posed", {}, {}};
-  for (size_t i = 0; i < pose.instances.size(); ++i) {
-    const mesh::PosedInstance& own = pose.instances[i];
+  for (size_t i = 0; i < pose.size(); ++i) {
+    const mesh::PosedInstance& own = pose[i];
     if (own.joints.empty() && !has_inverse(own.transform)) continue;
     const mesh::Mesh& source =
         asset_.scene().meshes[asset_.scene().instances[asset_.prepared().instances[i]].mesh];

@@ -11,6 +11,7 @@
 #include "formats/base/status.hpp"
 #include "formats/mesh/box.hpp"
 #include "formats/mesh/transform.hpp"
+#include "tools/common/clip_frames.hpp"
 #include "tools/common/segment_query.hpp"
 
 namespace nif::render {
@@ -51,7 +52,7 @@ AssetScene::Added AssetScene::add(const ObjectDescription& object) {
   NifAssetInfo info{};
   info.struct_size = sizeof(info);
   tools::check(nifGetAssetInfo(asset.handle, &info));
-  Added added{tools::metadata_of(info), {}};
+  Added added{tools::metadata_of(info), {}, 0};
   for (uint32_t i = 0; i < info.object_count; ++i) {
     NifObjectInfo about{};
     about.struct_size = sizeof(about);
@@ -61,7 +62,7 @@ AssetScene::Added AssetScene::add(const ObjectDescription& object) {
       no_first_hits_ = fmt::format("object '{}' of {} has an encoding that does not report where rays hit it",
                                    about.name, *object.nif);
   }
-  tools::check(nifAddAsset(scene_.handle, asset.handle, object.transform.data(), nullptr, nullptr));
+  tools::check(nifAddAsset(scene_.handle, asset.handle, object.transform.data(), &added.first, nullptr));
   for (uint32_t i = 0; i < info.instance_count; ++i) {
     NifAssetInstanceInfo about{};
     about.struct_size = sizeof(about);
@@ -77,6 +78,11 @@ AssetScene::Added AssetScene::add(const ObjectDescription& object) {
   resident_bytes_ += info.resident_bytes;
   assets_.push_back(std::move(asset));
   return added;
+}
+
+void AssetScene::pose(const Added& added, std::span<const mesh::PosedInstance> instances,
+                      const mesh::Transform& outer) {
+  tools::pose_instances(scene_.handle, added.first, instances, outer);
 }
 
 void AssetScene::commit() { tools::check(nifCommitScene(scene_.handle)); }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "formats/mesh/mesh_scene.hpp"
+#include "formats/mesh/poser.hpp"
 #include "kernels/reference/ray.hpp"
 #include "tools/common/runtime_handles.hpp"
 #include "tools/render/picture_scene.hpp"
@@ -28,8 +29,11 @@ class AssetScene {
   struct Added {
     std::string_view metadata;
     std::vector<NifObjectInfo> objects;
+    uint32_t first;  ///< of its instances
   };
   Added add(const ObjectDescription& object);
+  /// Poses instances that were added together, one after the other.
+  void pose(const Added& added, std::span<const mesh::PosedInstance> instances, const mesh::Transform& outer);
   void commit();
 
   bool empty() const { return assets_.empty(); }

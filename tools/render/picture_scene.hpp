@@ -20,6 +20,7 @@ struct ObjectDescription {
   std::string mesh;                ///< path
   std::optional<std::string> nif;  ///< path of the asset baked from it; none: always answered exactly
   mesh::Transform transform = mesh::kIdentity;
+  std::optional<mesh::Moment> moment{};  ///< of an animation of the mesh file
   Colour albedo{0.6, 0.6, 0.6};
   bool mirror = false;  ///< reflects like a mirror, times its albedo, instead of scattering light
   bool lights = true, cameras = true;  ///< whether the lights and cameras of the mesh file are used

@@ -43,7 +43,8 @@ struct Arguments : RunArguments, RuntimeArguments {
   std::string primary = "embree";
   double confidence = 0.9;
   std::string exact = "none";
-  std::optional<std::string> sheet;
+  std::optional<std::string> sheet, clip;
+  double time = 0;
   uint32_t thumbnail = 240;
   bool exr = false, ignore_alpha = false;
 
@@ -281,11 +282,18 @@ void check_by_assets(const render::SceneDescription& scene) {
   }
 }
 
+/// For all objects of a glTF that have no moment of their own.
+void set_moment(const Arguments& arguments, render::SceneDescription& scene) {
+  for (render::ObjectDescription& object : scene.objects)
+    if (!object.moment && render::is_gltf(object.mesh)) object.moment = {*arguments.clip, arguments.time};
+}
+
 void run(const Arguments& arguments) {
   const std::atomic<bool>& cancel = interruption();
   limit_threads(arguments.threads);
   render::SceneDescription scene = render::read_scene(arguments.scene);
   override_picture(arguments, scene.picture);
+  if (arguments.clip) set_moment(arguments, scene);
   if (arguments.by_assets()) check_by_assets(scene);
   check_folder(arguments.folder);
   if (arguments.sheet) check_output(*arguments.sheet);
@@ -398,13 +406,21 @@ void add_render(Command app) {
   command.add_option("--thumbnail", a.thumbnail, "Width of each picture in --sheet, in pixels")
       .capture_default_str()
       .range(16u, 4096u);
+  command.add_option("--clip", a.clip,
+                     "Every glTF as this animation has it: its name, or its number from 0 on. A scene in "
+                     "TOML names clips of "
+                     "its objects itself");
+  command.add_option("--time", a.time, "The moment of --clip, in seconds").default_str("0");
   add_run_options(command, a, kSchema);
   command.footer(
       "Examples:\n"
       "  nif render scene.toml -o pictures --samples 64\n"
       "  nif render scene.toml -o pictures --primary asset\n"
-      "  nif render model.glb -o pictures");
+      "  nif render model.glb -o pictures\n"
+      "  nif render knight.glb -o pictures --clip Walking_A --time 0.4");
   command.callback([arguments, command] {
+    if (command.given("--time") && !arguments->clip)
+      throw Error(Status::usage, "--time is a moment of --clip, which is missing; nif mesh info lists clips");
     for (const char* other : {"--confidence", "--exact"})
       if (arguments->by_assets() && command.given(other))
         throw Error(Status::usage,

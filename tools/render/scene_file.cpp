@@ -151,6 +151,8 @@ SceneDescription read_scene(const fs::path& file) {
     object.primary = r.flag("primary", object.primary);
     if (object.primary && !object.nif)
       r.fail("primary", "needs 'nif', an asset with fields for primary rays");
+    if (r.has("clip")) object.moment = {r.text("clip"), r.number("time", -1e9, 1e9, 0)};
+    if (r.has("time") && !object.moment) r.fail("time", "is a moment of 'clip', which is missing");
     object.transform = read_transform(r);
     object.albedo = r.colour("albedo", 1, object.albedo);
     object.mirror = r.flag("mirror", object.mirror);

@@ -175,6 +175,7 @@ ObjectMeshes read_meshes(SceneDescription& scene, const mesh::AlphaOptions& alph
   struct ReadFile {
     std::string path;
     std::shared_ptr<const mesh::Scene> scene;
+    bool skins, moves;
   };
   std::vector<ReadFile> known;
   Names names(scene);
@@ -186,16 +187,23 @@ ObjectMeshes read_meshes(SceneDescription& scene, const mesh::AlphaOptions& alph
       const mesh::ReadLimits baked = tools::limits_of_asset(*object.nif);
       limits.choice = baked.choice;
       limits.alpha = baked.alpha;
+      limits.skins = baked.skins;
+      if (object.moment && !baked.skins)
+        throw Error(Status::usage,
+                    fmt::format("{}: its objects cannot bend; a clip needs an asset baked with --deforms",
+                                *object.nif));
+    } else {
+      limits.moment = object.moment;
     }
     const auto same = std::ranges::find_if(known, [&](const ReadFile& file) {
-      return file.path == object.mesh && file.scene->choice == limits.choice &&
-             file.scene->alpha == limits.alpha;
+      return file.path == object.mesh && !limits.moment && !file.moves && file.skins == limits.skins &&
+             file.scene->choice == limits.choice && file.scene->alpha == limits.alpha;
     });
     std::shared_ptr<const mesh::Scene> file = same == known.end() ? nullptr : same->scene;
     if (!file) {
       progress.update(double(i) / double(scene.objects.size()), "reading " + object.mesh);
       file = std::make_shared<const mesh::Scene>(mesh::read(object.mesh, limits));
-      known.push_back({object.mesh, file});
+      known.push_back({object.mesh, file, limits.skins, limits.moment.has_value()});
       std::ranges::transform(file->notes, std::back_inserter(notes), &mesh::Note::text);
     }
     if (object.lights) add_lights(scene, object, *file, notes);

@@ -15,6 +15,7 @@
 #include "bake/ground_truth/prepare.hpp"
 #include "bake/ground_truth/ray_sets.hpp"
 #include "formats/base/status.hpp"
+#include "formats/mesh/poser.hpp"
 #include "tools/common/baked_scene.hpp"
 #include "tools/common/progress.hpp"
 
@@ -246,7 +247,30 @@ std::shared_ptr<const mesh::Scene> World::add_asset(const ObjectDescription& obj
                   fmt::format("{} was not baked from {}: no mesh has the bounds of object '{}'", *object.nif,
                               object.mesh, about.name));
   }
+  if (object.moment) return pose_asset(object, added, *meshes);
   return meshes;
+}
+
+/// Returns what is there at that moment.
+std::shared_ptr<const mesh::Scene> World::pose_asset(const ObjectDescription& object,
+                                                     const AssetScene::Added& added,
+                                                     const mesh::Scene& meshes) {
+  const mesh::Poser poser(object.mesh, meshes, tools::limits_of_asset(*object.nif));
+  const std::vector<mesh::PosedInstance> all = poser.at(*object.moment);
+  std::vector<mesh::PosedInstance> placed;
+  for (const uint32_t i : bake::prepare(meshes).instances) placed.push_back(all[i]);
+  assets_.pose(added, placed, object.transform);
+  auto posed = std::make_shared<mesh::Scene>(meshes);
+  posed->meshes.clear();
+  posed->instances.clear();
+  for (size_t i = 0; i < all.size(); ++i) {  // each instance has a mesh of its own
+    mesh::Instance& instance = posed->instances.emplace_back(meshes.instances[i]);
+    mesh::Mesh& mesh = posed->meshes.emplace_back(meshes.meshes[instance.mesh]);
+    if (mesh.skin) mesh.positions = mesh::bent(mesh, all[i].joints, all[i].weights);
+    instance.mesh = uint32_t(i);
+    std::copy(all[i].transform.begin(), all[i].transform.end(), instance.transform.begin());
+  }
+  return posed;
 }
 
 std::optional<SurfacePoint> World::trace(const Double3& origin, const Double3& direction) const {

@@ -96,6 +96,8 @@ class World {
   /// Adds an object's asset, and returns the scene of its mesh file as the asset was baked from it.
   std::shared_ptr<const mesh::Scene> add_asset(const ObjectDescription& object,
                                                std::shared_ptr<const mesh::Scene> meshes);
+  std::shared_ptr<const mesh::Scene> pose_asset(const ObjectDescription& object,
+                                                const AssetScene::Added& added, const mesh::Scene& meshes);
 
   std::atomic<int64_t> embree_bytes_{0};  // before device_, whose destructor reports the memory that it frees
   std::string error_;
