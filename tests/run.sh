@@ -14,8 +14,8 @@
 #                              many hours (8), going on from the last time; see tests/nightly.sh
 #
 # Long tests, those above 3 seconds (tests/costs.py), have ctest's label `long`; those that take long under the sanitizers only,
-# mostly because they train, have `slow` there, and run with --nightly. NIF_TEST_MESHES names a folder of real meshes; without it
-# the tests over those are skipped.
+# mostly because they train, have `slow` there, and run with --nightly. NIF_TEST_MESHES names a folder of real meshes,
+# NIF_TEST_GAMES one of scenes of games; without them the tests over those are skipped.
 # The last line is "N passed, N failed, N skipped", added up over all runs of tests; a step that fails without having
 # run a test counts as one failure. Ends with 0 only where nothing failed.
 set -euo pipefail

@@ -23,13 +23,15 @@ struct MergeOptions {
   std::optional<uint64_t> added_triangles;
   uint64_t part_triangles = 0;    ///< meshes with at least this many are not copied
   uint64_t object_triangles = 0;  ///< limit for one merged mesh
+  /// Also what the joints of one skin move, of a scene that was read with ReadLimits::skins. What has morph targets stays.
+  bool skins = false;
 };
 
 /// Why an instance stays.
 enum class Stays : uint8_t {
   not_named,
-  moves,        ///< and nothing else moves with it
-  deforms,      ///< by a skin or morph targets
+  moves,  ///< and nothing else moves with it
+  deforms,  ///< by a skin or morph targets; with MergeOptions::skins, nothing else has its skin, or it has targets
   flattened,    ///< its transform has no inverse
   too_far,      ///< too far from the origin for its size: single precision would be visible in its positions
   too_large,    ///< its mesh has MergeOptions::object_triangles or more

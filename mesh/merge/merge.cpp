@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <numeric>
 #include <span>
 #include <tuple>
@@ -18,6 +19,7 @@
 #include "formats/mesh/alike.hpp"
 #include "formats/mesh/box.hpp"
 #include "formats/mesh/flat_scene.hpp"
+#include "formats/mesh/skin.hpp"
 #include "formats/mesh/transform.hpp"
 
 namespace nif::mesh {
@@ -103,6 +105,25 @@ Instance relative(const Instance& instance, const Instance& to) {
 using Frame = uint32_t;
 constexpr Frame kStill = kNoNode;
 
+/// What bends several meshes together, one after the other, which must have one skin.
+std::shared_ptr<const Skin> joined(std::span<const Mesh* const> parts) {
+  Skin all = *parts.front()->skin;
+  all.joints.clear(), all.weights.clear();
+  for (const Mesh* part : parts) all.influences = std::max(all.influences, part->skin->influences);
+  for (const Mesh* part : parts) {
+    const Skin& skin = *part->skin;
+    for (size_t v = 0; v < part->positions.size(); ++v) {
+      const auto from = std::ptrdiff_t(v * skin.influences), to = from + std::ptrdiff_t(skin.influences);
+      all.joints.insert(all.joints.end(), skin.joints.begin() + from, skin.joints.begin() + to);
+      all.weights.insert(all.weights.end(), skin.weights.begin() + from, skin.weights.begin() + to);
+      const size_t unused = all.influences - skin.influences;
+      all.joints.insert(all.joints.end(), unused, uint16_t{0});
+      all.weights.insert(all.weights.end(), unused, 0.0f);
+    }
+  }
+  return std::make_shared<const Skin>(std::move(all));
+}
+
 class Merger {
  public:
   Merger(Scene scene, const MergeOptions& options) : scene_(std::move(scene)), options_(options) {
@@ -123,7 +144,8 @@ class Merger {
   }
 
   Scene run() {
-    const std::vector<std::vector<uint32_t>> groups = grouped(within_budget(suited()));
+    std::vector<std::vector<uint32_t>> groups = grouped(within_budget(suited()));
+    for (std::vector<uint32_t>& group : skinned()) groups.push_back(std::move(group));
     require_room(groups);
     build(groups);
     return std::move(scene_);
@@ -145,6 +167,8 @@ class Merger {
       const bool in = named.has(instance), out = excepted.has(instance);
       if (out || (!in && !options_.nodes.empty()))
         keep(Stays::not_named);
+      else if (instance.deforms && joins_by_skin(instance))
+        by_skin_.push_back(i);
       else if (instance.deforms)
         keep(Stays::deforms);
       else if (instance.moves && frame_of(instance) == kStill)
@@ -157,6 +181,37 @@ class Merger {
     named.list_unused(merging_.unmatched);
     excepted.list_unused(merging_.unmatched);
     return rigid;
+  }
+
+  /// Whether the instance may merge with others of its skin.
+  bool joins_by_skin(const Instance& instance) const {
+    const Skin* skin = scene_.meshes[instance.mesh].skin.get();
+    return options_.skins && skin && skin->influences > 0 && skin->targets.empty();
+  }
+
+  /// Groups of at least two instances of one skin, each in the order of the scene. Sets their places.
+  std::vector<std::vector<uint32_t>> skinned() {
+    std::vector<uint32_t> uses(scene_.meshes.size());
+    for (const Instance& instance : scene_.instances) ++uses[instance.mesh];
+    std::map<std::tuple<uint32_t, uint32_t, Transform, Double3>, std::vector<uint32_t>> together;
+    for (const uint32_t i : by_skin_) {
+      const Instance& instance = scene_.instances[i];
+      const Skin& skin = *scene_.meshes[instance.mesh].skin;
+      places_[i] = boxes_[instance.mesh];
+      if (weights_[instance.mesh] >= options_.object_triangles)
+        keep(Stays::too_large);
+      else if (is_too_far(places_[i]))
+        keep(Stays::too_far);
+      else if (uses[instance.mesh] > 1)
+        keep(Stays::deforms);
+      else
+        together[{skin.number, skin.joint_count, instance.transform, instance.remainder}].push_back(i);
+    }
+    std::vector<std::vector<uint32_t>> groups;
+    for (auto& [key, instances] : together)
+      for (std::vector<uint32_t>& group : by_space(std::move(instances), Stays::deforms))
+        groups.push_back(std::move(group));
+    return groups;
   }
 
   /// Why a mesh as large and as often placed as this stays, if it does.
@@ -326,6 +381,22 @@ class Merger {
     return *middle;
   }
 
+  /// An instance as a part of a group's mesh: what bends keeps its own space.
+  Instance as_part(const Instance& instance) const {
+    if (!instance.deforms) return in_frame(instance);
+    Instance part = instance;
+    part.transform = kIdentity, part.remainder = {};
+    return part;
+  }
+
+  /// How the mesh of a group bends; null if it does not.
+  std::shared_ptr<const Skin> skin_of(const std::vector<uint32_t>& group) const {
+    if (!scene_.instances[group.front()].deforms) return nullptr;
+    std::vector<const Mesh*> parts;
+    for (const uint32_t i : group) parts.push_back(&scene_.meshes[scene_.instances[i].mesh]);
+    return joined(parts);
+  }
+
   void build(const std::vector<std::vector<uint32_t>>& groups) {
     std::vector<Mesh> merged;
     std::vector<bool> gone(scene_.instances.size());
@@ -334,16 +405,18 @@ class Merger {
       MergedInstance& record = merging_.merged.emplace_back();
       for (const uint32_t i : group) {
         gone[i] = true;
-        const Instance& part = parts.emplace_back(in_frame(scene_.instances[i]));
+        const Instance& part = parts.emplace_back(as_part(scene_.instances[i]));
         record.parts.push_back({i, part.name, part.node, scene_.meshes[part.mesh].triangles.size()});
       }
       merged.push_back(flatten(FlatScene(scene_.meshes, parts), fmt::format("merged {}", merged.size() + 1)));
       merged.back().part_side = middle_side(group);
+      merged.back().skin = skin_of(group);
     }
     std::vector<Instance> places;
     for (const std::vector<uint32_t>& group : groups) {
-      const Frame frame = frame_of(scene_.instances[group.front()]);
-      places.push_back(frame == kStill ? Instance{} : spaces_.at(frame));
+      const Instance& first = scene_.instances[group.front()];
+      const Frame frame = frame_of(first);
+      places.push_back(first.deforms ? first : frame == kStill ? Instance{} : spaces_.at(frame));
     }
     drop(gone);
     for (size_t k = 0; k < merged.size(); ++k) {
@@ -383,6 +456,7 @@ class Merger {
   std::vector<Frame> frames_;         // [node]
   std::map<Frame, Instance> spaces_;  // for each frame that moves: the instance whose space its objects have
   std::vector<Box> places_;           // [instance], its bounds in the space of the merged object
+  std::vector<uint32_t> by_skin_;     // instances that may merge with others of their skin
 };
 
 }  // namespace

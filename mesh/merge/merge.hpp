@@ -31,6 +31,10 @@ inline constexpr uint64_t kAddedTriangles = 1'000'000;
 /// instances. The instances that merge are then cut in two along the longest axis, by the centres of their
 /// boxes and by triangles, until each part is within the limit for a merged mesh. Equal meshes count as one.
 ///
+/// With MergeOptions::skins, meshes of one skin that are in the same place, each placed once, become one mesh with the joints and
+/// weights of all, at the node and in the place of the first. So Poser takes the merged scene as it is: a merged instance has
+/// the joints of any of its parts, and a rigid one that moves is where its first part has taken it.
+///
 /// `scene` must come from read() and must not be merged yet. The result does not depend on the number of
 /// threads. Throws Error(too_large) if there is not enough memory.
 Scene merge(Scene scene, const MergeOptions& options);

@@ -3,12 +3,14 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <vector>
 
 #include "formats/mesh/clean.hpp"
 #include "formats/mesh/decompress.hpp"
 #include "formats/mesh/image.hpp"
+#include "formats/mesh/poser.hpp"
 #include "formats/mesh/read.hpp"
 #include "tests/fuzz/fuzz.hpp"
 #include "tests/fuzz/mutate_gltf.hpp"
@@ -37,6 +39,43 @@ const mesh::ReadLimits& limits() {
   return limits;
 }
 
+void use(const mesh::Skin& skin, size_t vertices) {
+  must(skin.influences == 0 ? skin.joint_count == 0 && skin.number == mesh::kNoSkin
+                            : (skin.influences == 4 || skin.influences == 8) && skin.joint_count > 0);
+  must(skin.joints.size() == vertices * skin.influences && skin.weights.size() == skin.joints.size());
+  for (const uint16_t joint : skin.joints) must(joint < skin.joint_count);
+  for (size_t v = 0; skin.influences > 0 && v < vertices; ++v) {
+    double total = 0;
+    for (size_t k = 0; k < skin.influences; ++k) {
+      const float weight = skin.weights[v * skin.influences + k];
+      must(weight >= 0);
+      total += double{weight};
+    }
+    must(std::abs(total - 1) < 1e-5);
+  }
+  must(skin.rest_weights.size() == skin.targets.size());
+  for (const auto& target : skin.targets) {
+    must(target.size() == vertices);
+    for (const mesh::Float3& move : target)
+      for (const float x : move) must(std::isfinite(x));
+  }
+}
+
+void use(const std::vector<mesh::PosedInstance>& posed, const mesh::Scene& scene) {
+  must(posed.size() == scene.instances.size());
+  for (size_t i = 0; i < posed.size(); ++i) {
+    const mesh::Mesh& one = scene.meshes[scene.instances[i].mesh];
+    must(posed[i].joints.size() == (one.skin ? one.skin->joint_count : 0));
+    must(posed[i].weights.size() == (one.skin ? one.skin->targets.size() : 0));
+    for (const double x : posed[i].transform) must(std::isfinite(float(x)));
+    for (const mesh::JointMatrix& joint : posed[i].joints)
+      for (const float x : joint) must(std::isfinite(x));
+    for (const float weight : posed[i].weights) must(std::isfinite(weight));
+    constexpr size_t kBent = 8;  // there may be millions
+    if (i < kBent) must(mesh::bent(one, posed[i].joints, posed[i].weights).size() == one.positions.size());
+  }
+}
+
 void use(const mesh::Scene& scene) {
   must(!scene.meshes.empty());
   std::vector<bool> placed(scene.meshes.size(), scene.instances.empty());
@@ -60,6 +99,7 @@ void use(const mesh::Scene& scene) {
         must(v < one.positions.size());
         for (const float x : one.positions[v]) must(std::isfinite(x));
       }
+    if (one.skin) use(*one.skin, one.positions.size());
     must(one.holes.empty() || one.holes.size() == one.triangles.size());
     for (size_t t = 0; t < one.holes.size(); ++t) {
       const mesh::TriangleHoles& holes = one.holes[t];
@@ -73,6 +113,21 @@ void use(const mesh::Scene& scene) {
     } catch (const nif::Error& error) {
       must(error.status() == nif::Status::all_degenerate);
     }
+  }
+}
+
+/// Skins are kept, and posed as the file has them and by its first clip.
+void bend(const std::string& file, std::string_view bytes) {
+  try {
+    mesh::ReadLimits keeping = limits();
+    keeping.skins = true;
+    const mesh::Scene scene = mesh::read(file, bytes, keeping);
+    use(scene);
+    const mesh::Poser poser(file, bytes, scene, keeping);
+    use(poser.rest(), scene);
+    use(poser.at({"0", 0.3}), scene);
+  } catch (const nif::Error& error) {
+    nif::test::must_refuse_well(error, file);
   }
 }
 
@@ -90,6 +145,7 @@ void read(std::string_view name, std::string_view bytes) {
     } else {
       const mesh::Scene scene = mesh::read(file, bytes, limits());
       use(scene);
+      bend(file, bytes);
       if (scene.clips.empty()) return;
       mesh::ReadLimits moved = limits();
       moved.moment = {"0", 0.3};

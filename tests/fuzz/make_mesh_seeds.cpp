@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "tests/mesh/encode.hpp"
+#include "tests/support/character.hpp"
 #include "tests/support/pictures.hpp"
 #include "tests/support/test_shapes.hpp"
 
@@ -146,6 +147,7 @@ void make(const fs::path& corpus) {
   mesh("furnished-glb", kGlb, furnished(shape).glb());
   mesh("draco-glb", kGlb, compressed(box).glb());
   mesh("posed-glb", kGlb, posed(shape).glb());
+  mesh("character-glb", kGlb, tube_character(3, 2).glb());
   mesh("gltf", kGltf, furnished(box).embedded());
   mesh("ply-gz", kGzip, gzip(ply_binary(shape)));
   mesh("ply-zst", kZstd, zstd(ply_binary(shape)));

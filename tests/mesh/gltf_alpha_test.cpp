@@ -11,6 +11,7 @@
 #include "formats/mesh/read.hpp"
 #include "tests/support/gltf.hpp"
 #include "tests/support/pictures.hpp"
+#include "tests/support/triangle_alpha.hpp"
 
 namespace nif::test {
 namespace {
@@ -20,10 +21,6 @@ using mesh::NoteKind;
 using mesh::Scene;
 using mesh::TriangleAlpha;
 using nlohmann::json;
-using Alphas = std::vector<TriangleAlpha>;
-
-constexpr TriangleAlpha kSolid = TriangleAlpha::solid, kCut = TriangleAlpha::cut,
-                        kClear = TriangleAlpha::clear;
 
 /// Triangles, all of one material. Triangle k has its corners at texture coordinates around the middle of column k of
 /// a picture of `columns`.

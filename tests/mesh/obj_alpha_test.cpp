@@ -8,6 +8,7 @@
 #include "formats/mesh/read.hpp"
 #include "tests/support/pictures.hpp"
 #include "tests/support/temp_dir.hpp"
+#include "tests/support/triangle_alpha.hpp"
 
 namespace nif::test {
 namespace {
@@ -15,11 +16,6 @@ namespace {
 using mesh::AlphaOptions;
 using mesh::NoteKind;
 using mesh::Scene;
-using mesh::TriangleAlpha;
-using Alphas = std::vector<TriangleAlpha>;
-
-constexpr TriangleAlpha kSolid = TriangleAlpha::solid, kCut = TriangleAlpha::cut,
-                        kClear = TriangleAlpha::clear;
 
 class ObjAlpha : public testing::Test {
  protected:

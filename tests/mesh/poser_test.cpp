@@ -166,6 +166,75 @@ TEST(PoserTest, RefusesPosesThatAreNotFinite) {
   EXPECT_EQ(mesh::read(kTube, gltf.glb(), keeping_skins()).meshes.size(), 2u) << "the file is read";
 }
 
+/// Expects that parts of a merged mesh bend as they do alone.
+void expect_merged_alike(const Scene& whole, const std::vector<mesh::PosedInstance>& apart,
+                         const Scene& merged, const std::vector<mesh::PosedInstance>& together) {
+  ASSERT_EQ(together.size(), merged.instances.size());
+  for (const mesh::MergedInstance& record : merged.merging->merged) {
+    if (!merged.instances[record.instance].deforms) continue;
+    const mesh::PosedInstance& posed = together[record.instance];
+    EXPECT_EQ(posed.transform, apart[record.parts[0].instance].transform);
+    std::vector<mesh::Float3> all;
+    for (const mesh::MergedPart& part : record.parts) {
+      const mesh::PosedInstance& alone = apart[part.instance];
+      EXPECT_EQ(posed.joints, alone.joints);
+      const auto bent = mesh::bent(whole.meshes[whole.instances[part.instance].mesh], alone.joints, {});
+      all.insert(all.end(), bent.begin(), bent.end());
+    }
+    EXPECT_EQ(mesh::bent(merged.meshes[merged.instances[record.instance].mesh], posed.joints, {}), all);
+  }
+}
+
+mesh::MergeOptions with_skins() {
+  mesh::MergeOptions options = mesh::only_placed_once();
+  options.skins = true;
+  return options;
+}
+
+TEST(PoserTest, MovesWhatIsMergedBySkin) {
+  Gltf gltf = tube_character(5, 8);
+  json plain = gltf.json["meshes"][0];
+  plain.erase("weights");
+  plain["primitives"][0].erase("targets");
+  json narrow = plain;
+  narrow["primitives"][0]["attributes"].erase("JOINTS_1");
+  narrow["primitives"][0]["attributes"].erase("WEIGHTS_1");
+  gltf.json["skins"].push_back(gltf.json["skins"][0]);
+  const auto add = [&](const json& shape, int skin, const char* name) {
+    gltf.json["meshes"].push_back(shape);
+    const int node = gltf.node({{"mesh", gltf.json["meshes"].size() - 1}, {"skin", skin}, {"name", name}});
+    gltf.json["scenes"][0]["nodes"].push_back(node);
+  };
+  add(narrow, 0, "narrow");
+  add(plain, 1, "of another skin");
+  add(plain, 0, "plain");
+  const std::string bytes = gltf.glb();
+  const Scene whole = mesh::read(kTube, bytes, keeping_skins());
+  ASSERT_EQ(whole.instances.size(), 5u);
+  EXPECT_EQ(mesh::merge(whole, mesh::only_placed_once()).instances.size(), 5u) << "only if asked for";
+  const Scene merged = mesh::merge(whole, with_skins());
+  ASSERT_EQ(merged.instances.size(), 4u);
+  ASSERT_EQ(merged.merging->merged.size(), 1u);
+  EXPECT_EQ(merged.merging->stay[size_t(mesh::Stays::deforms)], 2u) << "targets, and another skin";
+  const auto& parts = merged.merging->merged[0].parts;
+  ASSERT_EQ(parts.size(), 2u);
+  EXPECT_EQ(parts[0].name, "narrow");
+  EXPECT_EQ(parts[1].name, "plain");
+  const mesh::Mesh& both = merged.meshes[merged.instances[3].mesh];
+  EXPECT_EQ(both.triangles.size(), parts[0].triangles + parts[1].triangles);
+  ASSERT_TRUE(both.skin);
+  EXPECT_EQ(both.skin->influences, 8u);
+  EXPECT_EQ(both.skin->number, 0u);
+  EXPECT_EQ(both.skin->weights.size(), 8 * both.positions.size());
+  EXPECT_TRUE(merged.instances[3].deforms);
+  const Poser apart(kTube, bytes, whole, keeping_skins()), together(kTube, bytes, merged, keeping_skins());
+  for (const char* clip : {"sway", "swell"})
+    expect_merged_alike(whole, apart.at({clip, 0.6}), merged, together.at({clip, 0.6}));
+  mesh::MergeOptions small = with_skins();
+  small.object_triangles = parts[0].triangles;
+  EXPECT_EQ(mesh::merge(whole, small).instances.size(), 5u) << "too large";
+}
+
 /// Six skinned meshes and props on joints.
 TEST(PoserTest, BendsTheKnightAsTheReaderDoes) {
   const char* games = std::getenv("NIF_TEST_GAMES");
@@ -178,10 +247,17 @@ TEST(PoserTest, BendsTheKnightAsTheReaderDoes) {
   const Poser poser(file, scene, limits);
   ASSERT_EQ(poser.clips().size(), 76u);
   ASSERT_EQ(scene.clips.size(), 76u);
+  const Scene merged = mesh::merge(scene, with_skins());
+  uint64_t bending = 0;
+  for (const mesh::Instance& instance : merged.instances)
+    if (instance.deforms) bending = bending * 1'000'000 + merged.meshes[instance.mesh].triangles.size();
+  EXPECT_EQ(bending, 4148u) << "one mesh";
+  const Poser of_merged(file, merged, limits);
   for (const mesh::Clip& clip : poser.clips()) {
     const double part = double(clip.number % 5) / 4;
     const Moment moment{clip.name, clip.begin + part * (clip.end - clip.begin)};
     expect_posed_as_read(scene, poser.at(moment), mesh::read(file, bytes, {.moment = moment}));
+    expect_merged_alike(scene, poser.at(moment), merged, of_merged.at(moment));
     if (HasFailure()) FAIL() << clip.name;
   }
 }

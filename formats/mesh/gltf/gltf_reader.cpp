@@ -96,13 +96,16 @@ class Variants {
 };
 
 /// Where the instances of a skin that is kept are, of which one would be at `place`: a transform that has an inverse, whatever
-/// the pose, because poses are relative to it.
+/// the pose, because poses are relative to it. It is rounded, so that no instance keeps a remainder that another loses.
 Affine place_of_kept(const GltfPose& pose, const Affine* bind_place, const Affine& place) {
-  const Affine rest =
-      bind_place ? (pose.is_alike(*bind_place, place) ? place : *bind_place) : pose.joints.front();
-  if (bind_place && !is_flat(rest)) return rest;
-  const std::optional<Transform> rounded = to_transform(rest);  // a pose is finite
-  return {1, 0, 0, double{(*rounded)[3]}, 0, 1, 0, double{(*rounded)[7]}, 0, 0, 1, double{(*rounded)[11]}};
+  const Affine& rest = !bind_place                         ? pose.joints.front()
+                       : pose.is_alike(*bind_place, place) ? place
+                                                           : *bind_place;
+  const Transform rounded = *to_transform(rest);  // poses and places are finite
+  Affine kept;
+  std::copy(rounded.begin(), rounded.end(), kept.begin());
+  if (bind_place && !is_flat(kept)) return kept;
+  return {1, 0, 0, kept[3], 0, 1, 0, kept[7], 0, 0, 1, kept[11]};
 }
 
 /// Places skinned meshes by their joints. Returns the poses that deform some of them: none, if skins are kept.

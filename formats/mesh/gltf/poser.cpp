@@ -96,10 +96,8 @@ class Poser::Work {
     Affine place;                  // in the scene
     size_t node = kNone;           // that moves it
     std::optional<Affine> offset;  // from the node to the instance; nothing: only the origin moves
-    Affine rest = kUnmoved;        // of the node, when the scene was read
     const std::vector<Joint>* joints = nullptr;
-    Affine to_object = kUnmoved;  // the inverse of its place, if it has joints
-    std::vector<float> weights;   // [target] of its mesh
+    std::vector<float> weights;  // [target] of its mesh
   };
 
   static Affine place_of(const Instance& instance) {
@@ -140,6 +138,7 @@ class Poser::Work {
     for (const Mesh& mesh : scene.meshes)
       if (mesh.skin && mesh.skin->influences > 0) read_joints(data, source.skins, *mesh.skin, worlds);
     for (const Instance& instance : scene.instances) add_instance(instance, scene, worlds);
+    rests_ = std::move(worlds);
   }
 
   void read_keys(const GltfData& data, const tinygltf::Model& model) {
@@ -185,17 +184,16 @@ class Poser::Work {
       placed.node = scene.nodes[instance.node].number;
       if (placed.node >= worlds.size() || !worlds[placed.node])
         fail_mismatch(fmt::format("node {}", placed.node));
-      placed.rest = *worlds[placed.node];
-      if (to_transform(placed.rest) == instance.transform)
+      const Affine& rest = *worlds[placed.node];
+      if (to_transform(rest) == instance.transform)
         placed.offset = kUnmoved;
-      else if (const std::optional<Affine> back = inverse(placed.rest))
+      else if (const std::optional<Affine> back = inverse(rest))
         placed.offset = multiply(*back, placed.place);
     }
     if (skin && skin->influences > 0) {
       placed.joints = &joints_.at(skin->number);
-      const std::optional<Affine> to_object = inverse(placed.place);
-      if (!to_object) fail_mismatch(fmt::format("place of '{}' that has an inverse", instance.name));
-      placed.to_object = *to_object;
+      if (!inverse(placed.place))
+        fail_mismatch(fmt::format("place of '{}' that has an inverse", instance.name));
     }
     instances_.push_back(std::move(placed));
   }
@@ -224,19 +222,20 @@ class Poser::Work {
   }
 
   Affine moved_with(const Placed& placed, const Affine& world) const {
-    if (!to_transform(world))
-      input_.fail(Status::malformed_mesh, fmt::format("node {} is placed at infinity", placed.node));
-    if (placed.offset) return multiply(world, *placed.offset);
     Affine place = placed.place;
-    for (const size_t i : {3, 7, 11}) place[i] += world[i] - placed.rest[i];
+    for (const size_t i : {3, 7, 11}) place[i] += world[i] - (*rests_[placed.node])[i];
+    if (placed.offset) place = multiply(world, *placed.offset);
+    if (!to_transform(place))
+      input_.fail(Status::malformed_mesh, fmt::format("node {} is placed at infinity", placed.node));
     return place;
   }
 
   std::vector<JointMatrix> joints_of(const Placed& placed, const std::vector<Affine>& worlds) const {
+    const Affine to_object = *inverse(placed.place);
     std::vector<JointMatrix> joints;
     for (const Joint& joint : *placed.joints) {
       const std::optional<Transform> rounded =
-          to_transform(multiply(placed.to_object, multiply(worlds[joint.node], joint.inverse_bind)));
+          to_transform(multiply(to_object, multiply(worlds[joint.node], joint.inverse_bind)));
       if (!rounded)
         input_.fail(Status::malformed_mesh, fmt::format("joint {} is placed at infinity", joint.node));
       joints.push_back(*rounded);
@@ -265,6 +264,7 @@ class Poser::Work {
   std::vector<Keyed> keyed_;                       // [clip of the file]
   std::vector<PosableNode> nodes_;                 // of the file
   std::vector<size_t> order_;                      // nodes of the scene, parents first
+  std::vector<std::optional<Affine>> rests_;       // [node] where it was when the scene was read
   std::map<uint32_t, std::vector<Joint>> joints_;  // by number of the skin
   std::vector<Placed> instances_;
 };
