@@ -65,6 +65,7 @@ ordered_json to_json(const mesh::MergeOptions& options) {
   ordered_json described = ordered_json::object();
   if (!options.nodes.empty()) described["nodes"] = options.nodes;
   if (!options.except.empty()) described["except"] = options.except;
+  if (options.skins) described["skins"] = true;
   described["added_triangles"] = options.added_triangles.value_or(0);
   described["part_triangles"] = options.part_triangles;
   described["object_triangles"] = options.object_triangles;
@@ -95,6 +96,10 @@ std::optional<mesh::MergeOptions> merge_options_of(std::string_view metadata) {
   mesh::MergeOptions options;
   options.nodes = words_of(*merge, "nodes");
   options.except = words_of(*merge, "except");
+  if (const Json* skins = member_of(*merge, "skins")) {
+    if (!skins->is_boolean()) refuse("'skins' is neither true nor false");
+    options.skins = skins->get<bool>();
+  }
   options.added_triangles = count_in(*merge, "added_triangles");
   options.part_triangles = count_in(*merge, "part_triangles");
   options.object_triangles = count_in(*merge, "object_triangles");

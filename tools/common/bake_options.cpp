@@ -90,6 +90,7 @@ std::optional<mesh::MergeOptions> resolve_merging(const BakeArguments& arguments
   mesh::MergeOptions options = mesh::only_placed_once();
   options.nodes = arguments.merge_nodes;
   options.except = arguments.merge_except;
+  options.skins = arguments.deforms;
   for (const auto& [names, name] :
        {std::pair{&options.nodes, "--merge-nodes"}, {&options.except, "--merge-except"}})
     if (names->size() > bake::kMostMergeNames)
