@@ -59,6 +59,7 @@ EmbreeScene::ScenePointer EmbreeScene::make_scene(EmbreeBuild build) {
       break;
     case EmbreeBuild::refitted:
       rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_DYNAMIC);
+      rtcSetSceneBuildQuality(scene.get(), RTC_BUILD_QUALITY_LOW);  // others rebuild, whatever the mesh says
       break;
     case EmbreeBuild::standard:
       break;
