@@ -13,24 +13,33 @@
 namespace nif::tools {
 namespace {
 
+mesh::Poser poser_of(const MeasuredAsset& asset) {
+  if (!asset.limits().skins)
+    throw Error(Status::usage,
+                asset.path() + ": its objects cannot bend; --clip needs one baked with --deforms");
+  return {asset.mesh_file(), asset.scene(), asset.limits()};
+}
+
+/// As Moment::clip names it.
+std::string number_of(const mesh::Clip& clip) { return std::to_string(clip.number); }
+
 std::vector<mesh::Moment> moments_of(const mesh::Poser& poser, const std::string& file,
                                      const std::string& clip, uint32_t frames) {
-  const std::vector<mesh::Clip>& clips = poser.clips();
-  if (clips.empty()) throw Error(Status::usage, file + ": has no clip");
-  std::vector<size_t> chosen;
-  for (size_t i = 0; i < clips.size(); ++i) {
-    const bool named = clip == clips[i].name || clip == std::to_string(i);
-    if (clip == kAllClips || (named && chosen.empty())) chosen.push_back(i);
+  if (poser.clips().empty()) throw Error(Status::usage, file + ": has no clip");
+  std::vector<mesh::Clip> chosen;
+  for (const mesh::Clip& own : poser.clips()) {
+    const bool named = clip == own.name || clip == number_of(own);
+    if (clip == kAllClips || (named && chosen.empty())) chosen.push_back(own);
   }
   if (chosen.empty())
     throw Error(Status::usage,
                 fmt::format("{}: has no clip '{}'; nif mesh info lists those that it has", file, clip));
   std::vector<mesh::Moment> moments;
-  const auto rounds = uint32_t((frames + chosen.size() - 1) / chosen.size());
-  for (uint32_t i = 0; i < frames; ++i) {
-    const mesh::Clip& own = clips[chosen[i % chosen.size()]];
+  const size_t rounds = (frames + chosen.size() - 1) / chosen.size();
+  for (size_t i = 0; i < frames; ++i) {
+    const mesh::Clip& own = chosen[i % chosen.size()];
     const double share = rounds > 1 ? double(i / chosen.size()) / double(rounds - 1) : 0.5;
-    moments.push_back({std::to_string(chosen[i % chosen.size()]), own.begin + share * (own.end - own.begin)});
+    moments.push_back({number_of(own), own.begin + share * (own.end - own.begin)});
   }
   return moments;
 }
@@ -89,18 +98,13 @@ void pose_instances(NifScene scene, uint32_t first, std::span<const mesh::PosedI
 }
 
 ClipFrames::ClipFrames(const MeasuredAsset& asset, const std::string& clip, uint32_t frames)
-    : asset_(asset),
-      poser_(asset.mesh_file(), asset.scene(), asset.limits()),
-      moments_(moments_of(poser_, asset.mesh_file(), clip, frames)) {
-  if (!asset.limits().skins)
-    throw Error(Status::usage,
-                asset.path() + ": its objects cannot bend; --clip needs one baked with --deforms");
-}
+    : asset_(asset), poser_(poser_of(asset)), moments_(moments_of(poser_, asset.mesh_file(), clip, frames)) {}
 
 std::string ClipFrames::name(size_t frame) const {
   const mesh::Moment& moment = moments_[frame];
-  const mesh::Clip& clip = poser_.clips()[std::stoul(moment.clip)];
-  return fmt::format("{} at {:.3f} s", clip.name.empty() ? "clip " + moment.clip : clip.name, moment.time);
+  const auto clip = std::ranges::find_if(
+      poser_.clips(), [&](const mesh::Clip& own) { return number_of(own) == moment.clip; });
+  return fmt::format("{} at {:.3f} s", clip->name.empty() ? "clip " + moment.clip : clip->name, moment.time);
 }
 
 ClipFrames::Pose ClipFrames::at(size_t frame) const {
