@@ -160,6 +160,7 @@ typedef struct NifDeviceCallbacks {
  * - backend=NAME: cpu (default), gpu (a GPU of NVIDIA or AMD), cuda (NVIDIA only) or hip (AMD only).
  * - device=N: which GPU, as numbered by nifGetGpuInfo (default: the backend's first).
  * - module=PATH: with a GPU, the file of the GPU module.
+ * - shaders=NAME: off (default), or on: assets keep what nifGetShaderTables reads.
  * - pipeline=NAME: with a GPU, how it answers: auto (default), on or off. The answers are the same.
  * - precision=NAME: with a GPU, single (default), or half for networks of `spherical` objects.
  *
@@ -360,6 +361,21 @@ typedef struct NifAssetInstanceInfo {
 
 /* Describes one instance of the file: instance = 0 .. instance_count - 1. Allocates nothing. */
 NIF_API NifError nifGetAssetInstanceInfo(NifAsset asset, uint32_t instance, NifAssetInstanceInfo* info);
+
+/* ---- Shaders ----------------------------------------------------------------------------------------- */
+
+/* Writes the tables of one object for a shader of your own: 32-bit words in this machine's byte order, to be
+ * bound as one read-only storage buffer. docs/shaders.md describes each word, and the GLSL file nif.glsl has
+ * the function that answers rays from them, with the bits of nifQuery. Needs no GPU.
+ *
+ * *count receives how many words there are. `words` null: only that. Otherwise `words` has room for `capacity`
+ * words; if those are too few, nothing is written and it gives NIF_ERROR_INVALID_ARGUMENT. The object must have
+ * planes and no triangles (`segment`, `proof`), and a network like those that nif bake makes; otherwise it
+ * gives NIF_ERROR_NOT_AVAILABLE. Where kernels free a file's bytes after the load (docs/runtime.md), it gives
+ * NIF_ERROR_INVALID_OPERATION, unless the device was made with shaders=on. Both calls build the tables, in
+ * memory of the device that they free. */
+NIF_API NifError nifGetShaderTables(NifAsset asset, uint32_t object, uint32_t* words, uint64_t capacity,
+                                    uint64_t* count);
 
 /* ---- Scenes ------------------------------------------------------------------------------------------ */
 

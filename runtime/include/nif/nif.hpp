@@ -160,6 +160,14 @@ class Asset : public Handle<NifAsset, nifRetainAsset, nifReleaseAsset> {
     check(nifGetAssetInstanceInfo(pointer_, index, &info));
     return info;
   }
+  /// The words of an object for a shader (nifGetShaderTables).
+  std::vector<uint32_t> shader_tables(uint32_t object) const {
+    uint64_t count = 0;
+    check(nifGetShaderTables(pointer_, object, nullptr, 0, &count));
+    std::vector<uint32_t> words(count);
+    check(nifGetShaderTables(pointer_, object, words.data(), words.size(), &count));
+    return words;
+  }
   /// The file's metadata as JSON; empty if it has none.
   std::string_view metadata() const {
     const NifAssetInfo about = info();

@@ -7,6 +7,7 @@
 #include "api/structure.hpp"
 #include "query/float_environment.hpp"
 #include "query/validate.hpp"
+#include "scene/shaders.hpp"
 
 using namespace nif::runtime;
 
@@ -219,6 +220,18 @@ NifError nifGetAssetInstanceInfo(NifAsset asset, uint32_t instance, NifAssetInst
   return guarded([&] {
     auto& the_asset = get(asset);
     write_structure(info, describe_instance(the_asset, instance), "info");
+  });
+}
+
+// ---- Shaders
+
+NifError nifGetShaderTables(NifAsset asset, uint32_t object, uint32_t* words, uint64_t capacity,
+                            uint64_t* count) {
+  return guarded([&] {
+    auto& the_asset = get(asset);
+    require_argument(count, "count");
+    const FloatEnvironment environment;
+    *count = write_shader_tables(the_asset, object, words, capacity);
   });
 }
 
