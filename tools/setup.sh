@@ -78,6 +78,7 @@ python  python3-venv          bindings/python: tests, in their own environment
 python  python3-pytest        bindings/python: tests
 python  python3-mypy          bindings/python: tests of its types
 shader  glslang-tools         tests/shader: compiles kernels/shader
+shader  spirv-cross           tests/shader: makes HLSL of it
 shader  spirv-tools           tests/shader: validates what it compiles to
 shader  libvulkan-dev         tests/shader: runs it
 shader  mesa-vulkan-drivers   tests/shader: a Vulkan device that is the CPU (lavapipe)

@@ -9,6 +9,7 @@
 //   NIF_NETWORK_WORDS     room for a network's inputs in words of 4: 12 is enough for all that `nif bake` makes
 //   NIF_CERTAIN_REACH     how far away, in finest cells, a ray may start for a proof: 8192, which holds in the loosest
 //                         arithmetic that Vulkan allows, or 16384 if the device's is known to be IEEE's (docs/shaders.md)
+//   NIF_PROVES            false: no answer is certain, for compilers that do not heed `precise`
 //
 // The arithmetic is that of the CPU, operation by operation: each result has a name and is `precise`, so that no
 // compiler fuses or reorders it. No stack, no pointers, no array in memory that is not the buffer. Public names are at
@@ -27,6 +28,9 @@
 #ifndef NIF_CERTAIN_REACH
 #define NIF_CERTAIN_REACH 8192.0
 #endif
+#ifndef NIF_PROVES
+#define NIF_PROVES true
+#endif
 #ifndef NIF_WORD
 layout(std430, set = NIF_SET, binding = NIF_BINDING) readonly buffer NifTables {
   uint nif_words[];
@@ -41,8 +45,10 @@ struct NifAnswer {
   float probability;  // that the ray is visible
   float open_begin;   // if the planes prove nothing: whatever blocks the ray does so between these two t
   float open_end;
+  uint instance;      // of a scene: what blocks the ray; NIF_NONE if it is visible, or of an object alone
 };
 
+const uint NIF_NONE = 0xffffffffu;
 const int NIF_CERTAIN_LOGIT = 0x7fffffff;
 
 // ---- State of a traversal. Space is the grid's, whose unit is a finest cell.
@@ -155,8 +161,8 @@ bool nif_enter_grid(vec3 origin, vec3 direction, float tmin, float tmax) {
   nif_levels = nif_header(9u);
   vec3 corner = vec3(nif_number(4u), nif_number(5u), nif_number(6u));
   float scale = nif_number(7u);
-  precise vec3 from = origin - corner;
-  precise vec3 grid_origin = from * scale;
+  precise vec3 relative = origin - corner;
+  precise vec3 grid_origin = relative * scale;
   precise vec3 grid_direction = direction * scale;
   if (nif_is_nan(tmin) || nif_is_nan(tmax)) {
     return false;
@@ -212,7 +218,7 @@ int nif_byte(uint word, uint k) { return int(word << (24u - 8u * k)) >> 24; }
 
 // First word of a brick of corners.
 uint nif_brick(uvec3 at) {
-  uvec3 bricks = (nif_voxels + 3u) >> 2;
+  uvec3 bricks = (nif_voxels + 3u) / 4u;
   uint number = at.x + bricks.x * (at.y + bricks.y * at.z);
   uint word = nif_table(15u, number >> 4);
   uint mark = 1u << (number & 15u);
@@ -222,9 +228,9 @@ uint nif_brick(uvec3 at) {
 
 // The features of one corner, in whichever brick it is; 0 if it has none.
 uint nif_corner(uvec3 corner) {
-  uvec3 bricks = (nif_voxels + 3u) >> 2;
-  uvec3 first = (max(corner, uvec3(1u)) - 1u) >> 2;
-  uvec3 last = min(corner >> 2, bricks - 1u);
+  uvec3 bricks = (nif_voxels + 3u) / 4u;
+  uvec3 first = (max(corner, uvec3(1u)) - 1u) / 4u;
+  uvec3 last = min(corner / 4u, bricks - 1u);
   for (uint k = 0u; k < 8u; ++k) {
     uvec3 at = first + uvec3(k & 1u, (k >> 1) & 1u, k >> 2);
     if (at.x <= last.x && at.y <= last.y && at.z <= last.z) {
@@ -244,7 +250,7 @@ uint nif_feature(int sum) { return uint((sum + (127 << 21) + (1 << 21)) >> 22); 
 
 // The two inputs of a point: trilinear interpolation of the features of its voxel's corners, in integers.
 uint nif_features(uvec3 voxel, ivec3 fraction) {
-  uint brick = nif_brick(voxel >> 2);
+  uint brick = nif_brick(voxel / 4u);
   uint bit = (voxel.x & 3u) + 5u * (voxel.y & 3u);
   uint four = 0x63u << bit;
   uint layer_0 = nif_table(16u, brick + 1u + (voxel.z & 3u));
@@ -333,14 +339,14 @@ void nif_pass_cell(uint word, vec3 middle, float size, float left) {
   int u = int((word >> 4) & 63u) - 31;
   int v = int((word >> 10) & 63u) - 31;
   vec3 normal = vec3(ivec3(u + v, u - v, 62 - 2 * max(abs(u), abs(v))));
-  precise vec3 from = nif_origin - middle;
+  precise vec3 relative = nif_origin - middle;
   precise vec3 enter_moved = nif_now * nif_direction;
-  precise vec3 enter_point = from + enter_moved;
+  precise vec3 enter_point = relative + enter_moved;
   precise vec3 enters = normal * enter_point;
   precise float enter_sum = enters.x + enters.y;
   precise float enter_height = enter_sum + enters.z;
   precise vec3 leave_moved = left * nif_direction;
-  precise vec3 leave_point = from + leave_moved;
+  precise vec3 leave_point = relative + leave_moved;
   precise vec3 leaves = normal * leave_point;
   precise float leave_sum = leaves.x + leaves.y;
   precise float leave_height = leave_sum + leaves.z;
@@ -408,15 +414,15 @@ void nif_pass_cell(uint word, vec3 middle, float size, float left) {
 
 // One skip through empty space, or one cell. Returns false if the traversal is over.
 bool nif_next() {
-  ivec3 cells = ivec3(nif_voxels << nif_levels);
+  ivec3 cells = ivec3(nif_voxels << uvec3(nif_levels));
   ivec3 at = clamp(ivec3(nif_down.x ? -1 - nif_cell.x : nif_cell.x, nif_down.y ? -1 - nif_cell.y : nif_cell.y,
                          nif_down.z ? -1 - nif_cell.z : nif_cell.z), ivec3(0), cells - 1);
-  uvec3 voxel = uvec3(at) >> nif_levels;
+  uvec3 voxel = uvec3(at) >> uvec3(nif_levels);
   uint word = nif_table(13u, voxel.x + nif_voxels.x * (voxel.y + nif_voxels.y * voxel.z));
   uint level = nif_levels;
   for (; level > 0u && (word & 15u) == 15u;) {
     --level;
-    uvec3 upper = (uvec3(at) >> level) & 1u;
+    uvec3 upper = (uvec3(at) >> uvec3(level)) & uvec3(1u);
     uint child = upper.x | (upper.y << 1) | (upper.z << 2);
     uint mask = (word >> 4) & 255u;
     if (((mask >> child) & 1u) != 0u) {
@@ -430,7 +436,7 @@ bool nif_next() {
   bool is_empty = (word & 15u) == 14u;
   uint box = (is_empty && nif_near) ? word : 0u;
   int size = 1 << level;
-  ivec3 low = (at >> level) << level;
+  ivec3 low = (at >> uvec3(level)) << uvec3(level);
   vec3 leaving;
   for (int a = 0; a < 3; ++a) {
     uint extent = (box >> (8u + 8u * uint(a) + (nif_down[a] ? 0u : 4u))) & 15u;
@@ -540,7 +546,8 @@ int nif_evaluate() {
     if (l + 1u == layers) {
       return nif_neuron(row, words);
     }
-    for (uint w = 0u; w < outputs >> 2; ++w) {
+    uint groups = outputs >> 2;
+    for (uint w = 0u; w < groups; ++w) {
       uint four = 0u;
       for (uint k = 0u; k < 4u; ++k) {
         int sum = nif_neuron(row, words) + ((1 << shift) >> 1);
@@ -560,10 +567,32 @@ int nif_evaluate() {
 
 // ---- Queries
 
+// Not where a number is not finite (tmin and tmax may be infinite), the origin is 2^126 or more, the direction is 0 or too
+// small or large to compute with, or tmin > tmax.
+bool nif_is_valid(vec3 origin, vec3 direction, float tmin, float tmax) {
+  precise vec3 enlarged = origin * 4.0;
+  float steepest = nif_largest(direction);
+  bool moves = steepest >= 8.67361737988403547e-19 && steepest <= 1.152921504606846976e18;
+  return nif_all_finite(enlarged) && nif_all_finite(direction) && moves && !nif_is_nan(tmin) && !nif_is_nan(tmax) &&
+         tmin <= tmax;
+}
+
+// What proofs alone say: a valid ray that is not certain is open, and counts as occluded.
+NifAnswer nif_or_open(NifAnswer answer, bool valid) {
+  if (answer.certain || (answer.visible && !valid)) {
+    return answer;
+  }
+  NifAnswer open = answer;
+  open.visible = false;
+  open.logit = -1;
+  open.probability = 0.5;
+  return open;
+}
+
 // The whole of it; `learned`: ask the network about what the planes leave open, if there is one.
 NifAnswer nif_ask(uint object, vec3 origin, vec3 direction, float tmin, float tmax, bool learned) {
   nif_object = object;
-  NifAnswer answer = NifAnswer(false, false, -1, 0.5, tmin, tmax);
+  NifAnswer answer = NifAnswer(false, false, -1, 0.5, tmin, tmax, NIF_NONE);
   if (nif_header(0u) != 0x5346494eu || nif_header(1u) != 1u) {
     return answer;  // not tables that this file reads
   }
@@ -606,7 +635,7 @@ NifAnswer nif_ask(uint object, vec3 origin, vec3 direction, float tmin, float tm
   }
   if (nif_blocked || nif_count == 0u) {
     answer.visible = !nif_blocked;
-    answer.certain = nif_near && (flags & 2u) != 0u;
+    answer.certain = NIF_PROVES && nif_near && (flags & 2u) != 0u;
     answer.logit = nif_blocked ? -NIF_CERTAIN_LOGIT : NIF_CERTAIN_LOGIT;
     answer.probability = nif_blocked ? 0.0 : 1.0;
     return answer;
@@ -633,6 +662,140 @@ NifAnswer nif_ask(uint object, vec3 origin, vec3 direction, float tmin, float tm
   return answer;
 }
 
+// ---- Scenes
+
+// The sum of three products, in the CPU's order.
+float nif_row(vec3 row, vec3 v) {
+  precise vec3 products = row * v;
+  precise float two = products.x + products.y;
+  precise float three = two + products.z;
+  return three;
+}
+
+// Whether a ray may meet a box from `low` to `high` along one axis: narrows nif_enter and nif_leave.
+bool nif_slab(float low, float high, float origin, float direction) {
+  if (!(abs(direction) >= 1.17549435082228751e-38)) {  // 2^-126
+    return low < origin && origin < high;
+  }
+  precise float inverse = 1.0 / direction;
+  precise float to_low = low - origin;
+  precise float t_low = to_low * inverse;
+  precise float to_high = high - origin;
+  precise float t_high = to_high * inverse;
+  nif_enter = nif_larger(nif_smaller(t_low, t_high), nif_enter);
+  nif_leave = nif_smaller(nif_larger(t_high, t_low), nif_leave);
+  return true;
+}
+
+vec3 nif_vector(uint at) {
+  return vec3(uintBitsToFloat(NIF_WORD(at)), uintBitsToFloat(NIF_WORD(at + 1u)), uintBitsToFloat(NIF_WORD(at + 2u)));
+}
+
+// Whether a valid ray may meet the box of an instance. A ray that does not certainly misses it, from anywhere.
+bool nif_may_meet(uint box, vec3 origin, vec3 direction, float tmin, float tmax) {
+  vec3 low = nif_vector(box);
+  vec3 high = nif_vector(box + 3u);
+  nif_enter = -nif_infinity();
+  nif_leave = nif_infinity();
+  if (!nif_slab(low.x, high.x, origin.x, direction.x) || !nif_slab(low.y, high.y, origin.y, direction.y) ||
+      !nif_slab(low.z, high.z, origin.z, direction.z)) {
+    return false;
+  }
+  precise float enter_less = nif_enter * 0.9999847412109375;  // 1 - 2^-16
+  precise float enter_more = nif_enter * 1.0000152587890625;
+  precise float first = nif_smaller(enter_less, enter_more) - 7.34683969e-40;  // 2^-130
+  precise float leave_less = nif_leave * 0.9999847412109375;
+  precise float leave_more = nif_leave * 1.0000152587890625;
+  precise float last = nif_larger(leave_less, leave_more) + 7.34683969e-40;
+  float begin = nif_larger(nif_smaller(first, 1.70141183460469232e38), tmin);  // 2^127
+  float end = nif_smaller(nif_larger(last, -1.70141183460469232e38), tmax);
+  return begin <= end;
+}
+
+// The answer of one instance, whose words begin at `at`, for a ray in world space.
+NifAnswer nif_ask_instance(uint scene, uint at, vec3 origin, vec3 direction, float tmin, float tmax, bool learned) {
+  uint word = NIF_WORD(at + 21u);
+  uint object = scene + (word & 0x1fffffffu);
+  bool stays = true;
+  vec3 local_origin = origin;
+  vec3 local_direction = direction;
+  if ((word & 0x20000000u) == 0u) {  // not the identity
+    vec3 row_x = nif_vector(at);
+    vec3 row_y = nif_vector(at + 3u);
+    vec3 row_z = nif_vector(at + 6u);
+    vec3 remainder = nif_vector(at + 12u);
+    precise vec3 moved = origin - nif_vector(at + 9u);
+    precise vec3 relative = moved - remainder;
+    local_origin = vec3(nif_row(row_x, relative), nif_row(row_y, relative), nif_row(row_z, relative));
+    local_direction = vec3(nif_row(row_x, direction), nif_row(row_y, direction), nif_row(row_z, direction));
+    // Whether a proof for the ray in object space holds in the world: rounding must move it little.
+    vec3 far = abs(relative);
+    vec3 steep = abs(direction);
+    vec3 reaches = vec3(nif_row(abs(row_x), far), nif_row(abs(row_y), far), nif_row(abs(row_z), far));
+    vec3 spreads = vec3(nif_row(abs(row_x), steep), nif_row(abs(row_y), steep), nif_row(abs(row_z), steep));
+    float reach = nif_largest(reaches);
+    bool remains = remainder.x != 0.0 || remainder.y != 0.0 || remainder.z != 0.0;
+    precise float longer = reach * 1.25;
+    precise float cells = (remains ? longer : reach) * uintBitsToFloat(NIF_WORD(object + 7u));
+    precise float most = NIF_CERTAIN_REACH * 0.125;
+    precise float times = NIF_CERTAIN_REACH * 0.000244140625;  // 4 for the CPU's reach
+    precise float wide = times * nif_largest(local_direction);
+    stays = tmin > tmax || ((word & 0x40000000u) != 0u && cells <= most && nif_largest(spreads) <= wide);
+  }
+  NifAnswer answer = nif_ask(object, local_origin, local_direction, tmin, tmax, learned);
+  if (!stays || (word & 0x80000000u) != 0u) {
+    answer.certain = false;
+    answer.open_begin = tmin;
+    answer.open_end = tmax;
+  }
+  return answer;
+}
+
+// The answers of all instances joined: one that blocks the ray is enough.
+NifAnswer nif_ask_scene(uint scene, vec3 origin, vec3 direction, float tmin, float tmax, uint mask, bool learned) {
+  NifAnswer joined = NifAnswer(false, false, -1, 0.5, tmin, tmax, NIF_NONE);
+  if (NIF_WORD(scene) != 0x4346494eu || NIF_WORD(scene + 1u) != 1u) {
+    return joined;  // not a scene that this file reads
+  }
+  uint count = NIF_WORD(scene + 4u);
+  bool proves = NIF_PROVES && (NIF_WORD(scene + 3u) & 2u) != 0u;
+  bool no_points = !nif_is_nan(tmin) && !nif_is_nan(tmax) && tmin > tmax;
+  bool valid = nif_is_valid(origin, direction, tmin, tmax);
+  bool all_certain = proves && (valid || no_points);
+  bool blocked = false;
+  joined = NifAnswer(true, all_certain, NIF_CERTAIN_LOGIT, 1.0, tmin, tmax, NIF_NONE);
+  if (proves) {  // else what proves nothing may block the ray anywhere
+    joined.open_begin = nif_infinity();
+    joined.open_end = -nif_infinity();
+  }
+  for (uint i = 0u; i < count && !blocked; ++i) {
+    uint at = scene + 16u + 24u * i;
+    bool alone = count == 1u;  // then its box is not asked, as by the CPU
+    if ((NIF_WORD(at + 22u) & mask) == 0u || (!alone && !valid)) {
+      continue;
+    }
+    if (!alone && !nif_may_meet(at + 15u, origin, direction, tmin, tmax)) {
+      continue;
+    }
+    NifAnswer answer = nif_ask_instance(scene, at, origin, direction, tmin, tmax, learned);
+    all_certain = (alone || all_certain) && answer.certain;
+    blocked = answer.certain && answer.logit < 0;
+    if (answer.logit < min(joined.logit, 0)) {
+      joined.instance = NIF_WORD(at + 23u);
+    }
+    joined.logit = min(joined.logit, answer.logit);
+    precise float probability = joined.probability * answer.probability;
+    joined.probability = probability;
+    if (!answer.certain) {
+      joined.open_begin = nif_smaller(answer.open_begin, joined.open_begin);
+      joined.open_end = nif_larger(answer.open_end, joined.open_end);
+    }
+  }
+  joined.visible = joined.logit >= 0;
+  joined.certain = joined.visible ? all_certain : blocked;
+  return joined;
+}
+
 // ---- What to call. `object` is the first word of the object's tables in the buffer: 0 if it has but one.
 
 // Does anything block one of the points origin + t direction, tmin <= t <= tmax? Planes prove most answers, and the
@@ -643,5 +806,16 @@ NifAnswer nif_query(uint object, vec3 origin, vec3 direction, float tmin, float 
 
 // The same by proofs alone: if the answer is not certain, test your own triangles from open_begin to open_end.
 NifAnswer nif_prove(uint object, vec3 origin, vec3 direction, float tmin, float tmax) {
-  return nif_ask(object, origin, direction, tmin, tmax, false);
+  bool valid = nif_is_valid(origin, direction, tmin, tmax);
+  return nif_or_open(nif_ask(object, origin, direction, tmin, tmax, false), valid);
+}
+
+// The same of a scene, whose words begin at `scene`, for a ray in world space. It meets the instances whose mask has a bit
+// in common with `mask`.
+NifAnswer nif_query_scene(uint scene, vec3 origin, vec3 direction, float tmin, float tmax, uint mask) {
+  return nif_ask_scene(scene, origin, direction, tmin, tmax, mask, true);
+}
+NifAnswer nif_prove_scene(uint scene, vec3 origin, vec3 direction, float tmin, float tmax, uint mask) {
+  bool valid = nif_is_valid(origin, direction, tmin, tmax);
+  return nif_or_open(nif_ask_scene(scene, origin, direction, tmin, tmax, mask, false), valid);
 }

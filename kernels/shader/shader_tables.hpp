@@ -50,6 +50,34 @@ enum HeaderWord : uint32_t {
   kBias = 46           ///< float
 };
 
+/// The first word of a scene: "NIFC" in memory.
+inline constexpr uint32_t kSceneMagic = 0x4346494e;
+inline constexpr uint32_t kSceneWords = 16, kInstanceWords = 24;
+/// Words of a scene's header. Instances follow, then the tables of objects.
+enum SceneWord : uint32_t {
+  kSceneMagicWord = 0,
+  kSceneVersionWord = 1,
+  kSceneWordCount = 2,
+  kSceneFlags = 3,  ///< kProves
+  kInstanceCount = 4,
+  kSceneBounds = 5  ///< [6] float
+};
+/// Words of an instance.
+enum InstanceWord : uint32_t {
+  kInverse = 0,      ///< [9] float
+  kTranslation = 9,  ///< [3] float
+  kRemainder = 12,   ///< [3] float
+  kWorldBox = 15,    ///< [6] float: lowest, then highest corner
+  kObjectWord = 21,  ///< first word of its object's header, from the scene's; and InstanceBits
+  kMask = 22,
+  kNumber = 23  ///< of the instance in the scene
+};
+enum InstanceBits : uint32_t {
+  kIdentityBit = 0x20000000u,
+  kWellConditionedBit = 0x40000000u,
+  kUnprovenBit = 0x80000000u
+};
+
 /// Of the object, for the header.
 struct About {
   bool proves;

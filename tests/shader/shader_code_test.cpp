@@ -43,7 +43,12 @@ Arithmetic arithmetic_of(const std::vector<uint32_t>& code) {
 }
 
 TEST(ShaderCode, NoOperationMayBeContracted) {
-  for (const char* name : {"query", "prove", "wide", "default", "small"}) {
+  std::vector<const char*> names = {"query",       "prove",   "wide", "query_scene",
+                                    "prove_scene", "default", "small"};
+#ifdef NIF_HAS_HLSL
+  names.insert(names.end(), {"wide_hlsl", "prove_hlsl"});
+#endif
+  for (const char* name : names) {
     const Arithmetic found = arithmetic_of(shader_code(name));
     EXPECT_GT(found.operations, 80u) << name;
     EXPECT_EQ(found.loose, 0u) << name;

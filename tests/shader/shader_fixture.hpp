@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "kernels/reference/encodings/reference_segment.hpp"
+#include "kernels/reference/instance.hpp"
 #include "tests/shader/vulkan_compute.hpp"
 
 namespace nif::test {
@@ -32,13 +33,15 @@ struct ShaderAnswer {
   uint32_t visible, certain;
   int32_t logit;
   float probability, open_begin, open_end;
+  uint32_t instance;
 };
 
 /// Answers rays from tables that begin at word `object` of `words`.
 inline std::vector<ShaderAnswer> ask_shader(VulkanCompute& vulkan, const std::vector<uint32_t>& code,
                                             const std::vector<uint32_t>& words, uint32_t object,
-                                            const std::vector<kernels::Segment>& rays) {
-  std::vector<uint32_t> input = {object, 0, 0, 0};
+                                            const std::vector<kernels::Segment>& rays,
+                                            uint32_t mask = 0xffffffffu) {
+  std::vector<uint32_t> input = {object, mask, uint32_t(rays.size()), 0};
   for (const kernels::Segment& ray : rays) {
     for (const float value : ray.origin) input.push_back(std::bit_cast<uint32_t>(value));
     input.push_back(std::bit_cast<uint32_t>(ray.tmin));
@@ -54,7 +57,8 @@ inline std::vector<ShaderAnswer> ask_shader(VulkanCompute& vulkan, const std::ve
                   int32_t(at[2]),
                   std::bit_cast<float>(at[3]),
                   std::bit_cast<float>(at[4]),
-                  std::bit_cast<float>(at[5])};
+                  std::bit_cast<float>(at[5]),
+                  at[6]};
   }
   return answers;
 }
@@ -100,7 +104,11 @@ class ShaderTest : public testing::Test {
       const kernels::Answer answer = kernels::query(field, rays[i]);
       kernels::OpenInterval open;
       const kernels::PlanesField& planes = field;
-      const kernels::Answer proof = kernels::prove(planes, rays[i], open);
+      kernels::Answer proof = kernels::prove(planes, rays[i], open);
+      kernels::BoxRay prepared;
+      // As nifQueryOpen lists rays.
+      if (!proof.certain && !(proof.visible && !kernels::prepare_box_ray(rays[i], prepared)))
+        proof = {false, false, kernels::kOpenLogit};
       found.visible += asked[i].visible != answer.visible || proven[i].visible != proof.visible;
       found.certain += asked[i].certain != answer.certain || proven[i].certain != proof.certain;
       found.logit += asked[i].logit != answer.logit || proven[i].logit != proof.logit;

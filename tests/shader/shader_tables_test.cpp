@@ -117,5 +117,16 @@ TEST_F(ShaderTables, NeedADeviceThatKeepsThem) {
   EXPECT_EQ(nifNewDevice("shaders=yes", nullptr, &device), NIF_ERROR_INVALID_ARGUMENT);
 }
 
+TEST(ShaderSource, IsTheFile) {
+  for (const auto& [name, language] :
+       {std::pair("nif.glsl", NIF_SHADER_GLSL), {"nif.wgsl", NIF_SHADER_WGSL}}) {
+    std::ifstream file(std::string(NIF_SHADER_TEXTS "/") + name, std::ios::binary);
+    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    EXPECT_GT(text.size(), 10'000u);
+    EXPECT_EQ(text, nifkit::shader_source(language)) << name;
+  }
+  EXPECT_EQ(nifGetShaderSource(NifShaderLanguage(0)), nullptr);
+}
+
 }  // namespace
 }  // namespace nif::test

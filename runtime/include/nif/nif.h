@@ -377,6 +377,17 @@ NIF_API NifError nifGetAssetInstanceInfo(NifAsset asset, uint32_t instance, NifA
 NIF_API NifError nifGetShaderTables(NifAsset asset, uint32_t object, uint32_t* words, uint64_t capacity,
                                     uint64_t* count);
 
+typedef enum NifShaderLanguage {
+  NIF_SHADER_GLSL = 1, /* for Vulkan: the file nif.glsl */
+  NIF_SHADER_WGSL = 2, /* for WebGPU: the file nif.wgsl */
+  NIF_SHADER_LANGUAGE_IS_32_BITS = 0x7fffffff
+} NifShaderLanguage;
+
+/* Returns the text of this version's functions for shaders, to be put before your own: it reads the tables
+ * that this library writes. 0-terminated, valid as long as the library is loaded; null if there is no such
+ * language. Allocates nothing. */
+NIF_API const char* nifGetShaderSource(NifShaderLanguage language);
+
 /* ---- Scenes ------------------------------------------------------------------------------------------ */
 
 /* A scene is a list of instances. An instance is an object of an asset with a transform. Build the scene,
@@ -488,6 +499,12 @@ typedef struct NifSceneInfo {
 
 /* Allocates nothing. */
 NIF_API NifError nifGetSceneInfo(NifScene scene, NifSceneInfo* info);
+
+/* Writes the tables of a committed scene for shaders: its instances that rays can meet, then the objects that
+ * they place, as nifGetShaderTables writes them. Rays are then in world space. If a shader cannot answer one of
+ * the objects, it gives what nifGetShaderTables would. Otherwise like nifGetShaderTables. A scene that is not
+ * committed gives NIF_ERROR_INVALID_OPERATION. */
+NIF_API NifError nifGetSceneShaderTables(NifScene scene, uint32_t* words, uint64_t capacity, uint64_t* count);
 
 /* ---- Queries ----------------------------------------------------------------------------------------- */
 

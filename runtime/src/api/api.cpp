@@ -5,6 +5,7 @@
 #include "api/error.hpp"
 #include "api/handles.hpp"
 #include "api/structure.hpp"
+#include "kernels/shader/shader_source.hpp"
 #include "query/float_environment.hpp"
 #include "query/validate.hpp"
 #include "scene/shaders.hpp"
@@ -235,6 +236,12 @@ NifError nifGetShaderTables(NifAsset asset, uint32_t object, uint32_t* words, ui
   });
 }
 
+const char* nifGetShaderSource(NifShaderLanguage language) {
+  return language == NIF_SHADER_GLSL   ? nif::kernels::shader::kGlsl
+         : language == NIF_SHADER_WGSL ? nif::kernels::shader::kWgsl
+                                       : nullptr;
+}
+
 // ---- Scenes
 
 NifError nifNewScene(NifDevice device, NifScene* scene) {
@@ -345,6 +352,15 @@ NifError nifGetSceneInfo(NifScene scene, NifSceneInfo* info) {
   return guarded([&] {
     auto& the_scene = get(scene);
     write_structure(info, describe(the_scene), "info");
+  });
+}
+
+NifError nifGetSceneShaderTables(NifScene scene, uint32_t* words, uint64_t capacity, uint64_t* count) {
+  return guarded([&] {
+    auto& the_scene = get(scene);
+    require_argument(count, "count");
+    const FloatEnvironment environment;
+    *count = write_scene_shader_tables(the_scene, words, capacity);
   });
 }
 
