@@ -6,7 +6,6 @@
 
 #include "formats/nif/file_memory.hpp"
 #include "formats/nif/writer.hpp"
-#include "kernels/reference/scene_query.hpp"
 #include "tests/golden/golden.hpp"
 #include "tests/shader/shader_fixture.hpp"
 #include "tests/support/query_object.hpp"

@@ -5,6 +5,7 @@
 #include <nif/nif.hpp>
 
 #include <bit>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <iterator>
@@ -15,6 +16,7 @@
 
 #include "kernels/reference/encodings/reference_segment.hpp"
 #include "kernels/reference/instance.hpp"
+#include "kernels/reference/scene_query.hpp"
 #include "tests/shader/vulkan_compute.hpp"
 
 namespace nif::test {
