@@ -26,8 +26,8 @@ Matrix random_placement(Random& random, float far) {
   for (uint32_t row = 0; row < 3; ++row)
     for (uint32_t column = 0; column < 3; ++column) matrix[4 * row + column] *= scale;
   if (random.below(4) == 0) std::for_each_n(matrix.begin(), 3, [](float& m) { m = -m; });
-  if (random.below(4) == 0) matrix[1] += 0.5f;
-  if (random.below(8) == 0) matrix[10] *= 5000;  // no proof survives this
+  if (random.below(4) == 0) matrix[1] += random.below(2) ? 0.5f : 30.0f;  // the latter leaves no proof
+  if (random.below(8) == 0) matrix[10] *= 5000;                           // no proof survives this
   for (uint32_t row = 0; row < 3; ++row) matrix[4 * row + 3] = random.between(-far, far);
   return matrix;
 }
@@ -145,12 +145,15 @@ TEST_F(ShaderScenes, OfOneInstanceAnswerAsTheCpu) {
 
 TEST_F(ShaderScenes, FarFromZeroHaveRemainders) {
   nifkit::Scene scene(device_);
-  constexpr std::array<double, 3> kPlaces[] = {{4e6 + 1.0 / 3, -3e6, 1e6}, {4e6 + 2, -3e6 + 0.1, 1e6}};
+  // Where floats are 1/512 apart.
+  constexpr float kFar = 3e4f;
+  constexpr std::array<double, 3> kPlaces[] = {{4e6 + 1.0 / 3, -3e6 + 1.0 / 7, 1e6},
+                                               {4e6 + 2, -3e6 + 0.1, 1e6}};
   for (const auto& place : kPlaces) scene.set_instance_origin(scene.add_instance(asset_, 0), place);
-  constexpr std::array<double, 3> kCamera = {4e6, -3e6, 1e6};
+  constexpr std::array<double, 3> kCamera = {4e6 - double(kFar), -3e6 - double(kFar), 1e6};
   scene.set_origin(kCamera);
   scene.commit();
-  expect_equal(scene, rays_of({}, 6000));
+  expect_equal(scene, rays_of({Matrix{1, 0, 0, kFar, 0, 1, 0, kFar, 0, 0, 1, 0}}, 6000));
   EXPECT_GT(some_occluded_, 50u);
 }
 

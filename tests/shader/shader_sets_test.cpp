@@ -1,5 +1,6 @@
 // Rays of every named set through a baked field and its planes alone, answered by a shader as by the reference; and
 // in looser arithmetic than Vulkan allows (rough.sed), where no proof may be wrong. NIF_TEST_SEGMENTS says how many rays of each set instead of 100,000.
+#include "formats/mesh/read.hpp"
 #include "formats/nif/writer.hpp"
 #include "kernels/shader/shader_tables.hpp"
 #include "tests/gpu/baked.hpp"
@@ -31,6 +32,25 @@ class ShaderSets : public ShaderTest {
 
 TEST_F(ShaderSets, OfAFieldAreAnsweredAsByTheCpu) { expect_equal<kernels::SegmentField>("segment"); }
 TEST_F(ShaderSets, OfPlanesAreAnsweredAsByTheCpu) { expect_equal<kernels::PlanesField>("proof"); }
+
+/// By the grid of `balanced`; hardly trained, which does not change how large tables are.
+TEST_F(ShaderSets, OfTheDragonTakeLittleMemory) {
+  for (const std::filesystem::path& file : real_meshes()) {
+    if (file.filename() != "stanford_dragon_871k.ply.gz") continue;
+    bake::BakeOptions options;
+    options.encoding = "segment";
+    options.effort = 0.001;
+    options.evaluation_rays = 0;
+    const std::atomic<bool> cancel{false};
+    const auto bytes = format::encode(bake::bake(mesh::read(file), options, {}, cancel).asset);
+    const auto asset = nifkit::Asset::load(nifkit::Device("shaders=on"), std::span<const std::byte>(bytes));
+    const size_t size = sizeof(uint32_t) * asset.shader_tables(0).size();
+    RecordProperty("bytes", int(size));
+    EXPECT_LE(size, 420'000u);
+    return;
+  }
+  GTEST_SKIP() << "NIF_TEST_MESHES has no stanford_dragon_871k.ply.gz";
+}
 
 /// Moves the planes of all cells together by `places` of 256, where they are farther apart.
 void squeeze(std::vector<uint32_t>& words, uint32_t places) {
