@@ -211,7 +211,7 @@ many_segments() (
     && NIF_TEST_SEGMENTS=1000000 build/release/bin/gpu_sets_test
 )
 
-needed=(build check gpu)
+needed=(build check gpu shader)
 case $size in
   all) needed+=(fuzz) ;;
   nightly) needed+=(fuzz arm) ;;

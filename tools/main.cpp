@@ -73,6 +73,7 @@ int run(int argc, char** argv) {
                          "  nif farm library.toml --slurm\n"
                          "  nif eval dragon.nif --mesh dragon.ply\n"
                          "  nif bench dragon.nif --mesh dragon.ply\n"
+                         "  nif export-shader dragon.nif -o shaders\n"
                          "  nif info dragon.nif\n"
                          "  nif validate dragon.nif\n"
                          "  nif attach crate.glb crate.nif -o both.glb\n"
@@ -89,6 +90,7 @@ int run(int argc, char** argv) {
   add_bench(command);
   add_devices(command);
   add_eval(command);
+  add_export_shader(command);
   add_farm(command);
   add_info(command);
 #ifdef NIF_WITH_MESH

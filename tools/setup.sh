@@ -2,7 +2,7 @@
 # Installs the packages that nifkit needs and this machine lacks, from Debian 12 (bookworm), as root or through sudo.
 #
 #   tools/setup.sh [GROUP]...    groups: build, sample, check, fuzz, gpu, arm; all of these if none is named
-#                                only if named: audio, bits32, blender, love, pages, python, web, windows
+#                                only if named: audio, bits32, blender, love, pages, python, shader, web, windows
 #
 # If nothing is missing, it does nothing, prints nothing and needs no network. If it may not install packages, it names the
 # missing ones in one line and exits with 1.
@@ -77,6 +77,12 @@ python  python3-wheel         bindings/python: builds the wheel
 python  python3-venv          bindings/python: tests, in their own environment
 python  python3-pytest        bindings/python: tests
 python  python3-mypy          bindings/python: tests of its types
+shader  glslang-tools         tests/shader: compiles kernels/shader
+shader  spirv-cross           tests/shader: makes HLSL of it
+shader  spirv-tools           tests/shader: validates what it compiles to
+shader  libvulkan-dev         tests/shader: runs it
+shader  mesa-vulkan-drivers   tests/shader: a Vulkan device that is the CPU (lavapipe)
+shader  vulkan-validationlayers  tests/shader: watch these runs
 web     emscripten            bindings/web: the runtime as WebAssembly; brings node
 web     node-typescript       bindings/web: tests of its types
 blender blender               bindings/blender; samples/cycles: the renderer whose shadow rays an asset answers

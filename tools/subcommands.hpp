@@ -11,6 +11,7 @@ void add_bake(Command app);
 void add_bench(Command app);
 void add_devices(Command app);
 void add_eval(Command app);
+void add_export_shader(Command app);
 void add_farm(Command app);
 void add_info(Command app);
 void add_mesh(Command app);

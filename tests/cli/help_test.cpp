@@ -15,6 +15,7 @@ TEST(Help, IsPrintedToStandardOutput) {
                                                                                        {"bench"},
                                                                                        {"devices"},
                                                                                        {"eval"},
+                                                                                       {"export-shader"},
                                                                                        {"farm"},
                                                                                        {"info"},
                                                                                        {"mesh"},
@@ -46,7 +47,8 @@ TEST(Help, NamesTheSubcommandsAndTheirOptions) {
   const std::string all = nif({"--help"}).out, bake = nif({"bake", "--help"}).out,
                     bench = nif({"bench", "--help"}).out, eval = nif({"eval", "--help"}).out,
                     generate = nif({"mesh", "generate", "--help"}).out;
-  for (const char* word : {"attach", "bake", "bench", "devices", "eval", "info", "mesh", "query", "render"})
+  for (const char* word :
+       {"attach", "bake", "bench", "devices", "eval", "export-shader", "info", "mesh", "query", "render"})
     EXPECT_NE(all.find(word), std::string::npos) << word;
   for (const char* word : {"--output", "--preset", "--encoding", "--prefer", "--max-bytes", "--max-error",
                            "--max-leak", "--max-spurious", "--uncoded", "--mix", "--outer-resolution",

@@ -131,7 +131,8 @@ class Session : Drawn {
                                                "memory=least", "queries=1",
                                                "threads=1",    "queries=2,isa=scalar",
                                                "isa=nonsense", "backend=vulkan",
-                                               "queries=-1",   "threads=1,threads=1"};
+                                               "queries=-1",   "threads=1,threads=1",
+                                               "shaders=on",   "shaders=on,memory=least"};
     NifDevice device = nullptr;
     const char* config = kConfigs[choices_.below(std::size(kConfigs))];
     NifDeviceCallbacks callbacks = callbacks_;
@@ -538,6 +539,13 @@ class Session : Drawn {
       in_file += part.file_bytes;
     }
     must(resident == about.resident_bytes && in_file == about.file_bytes);
+    uint64_t words = 0;
+    if (nifGetShaderTables(asset.handle, number, nullptr, 0, &words) == NIF_OK) {
+      std::vector<uint32_t> tables(words);
+      const uint64_t room = choices_.below(2) ? words : choices_.below(uint32_t(words));
+      must((nifGetShaderTables(asset.handle, number, tables.data(), room, &words) == NIF_OK) ==
+           (room == tables.size()));
+    }
     const SceneSlot& scene = pick(scenes_);
     NifSceneInfo of_scene{};
     of_scene.struct_size = sizeof(of_scene);

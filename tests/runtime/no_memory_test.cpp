@@ -116,6 +116,9 @@ class Everything {
     call([&] { return nifGetObjectInfo(assets[0], 0, &object); });
     auto part = nifkit::sized<NifPartInfo>();
     call([&] { return nifGetPartInfo(assets[0], 0, &part); });
+    std::vector<uint32_t> words(100'000);
+    uint64_t word_count = 0;
+    call([&] { return nifGetShaderTables(assets[0], 0, words.data(), words.size(), &word_count); });
     NifScene scene = nullptr;
     call([&] { return nifNewScene(device, &scene); });
     for (const NifAsset asset : assets)
@@ -207,7 +210,7 @@ class Everything {
 
 TEST(NoMemoryInTheRuntime, EveryCallSaysSoAndTheNextWorks) {
   const TempDir folder;
-  const std::vector<std::byte> encoded = format::encode(random_asset(5, {}));
+  const std::vector<std::byte> encoded = format::encode(random_asset(5, {.features = 2}));
   struct alignas(64) Line {
     std::byte bytes[64];
   };
@@ -220,7 +223,7 @@ TEST(NoMemoryInTheRuntime, EveryCallSaysSoAndTheNextWorks) {
   const format::AssetView view = format::read_asset(file, "file");
   const std::vector<NifRay> rays = random_rays(random, view.objects[0].as<kernels::SegmentField>(), 200);
   std::vector<uint8_t> expected;
-  for (const char* config : {"threads=1", "threads=2"}) {
+  for (const char* config : {"threads=1,shaders=on", "threads=2,shaders=on"}) {
     for (const bool own_allocator : {true, false}) {
       for (const bool once : {true, false}) {
         int64_t reached = 1;

@@ -160,6 +160,7 @@ typedef struct NifDeviceCallbacks {
  * - backend=NAME: cpu (default), gpu (a GPU of NVIDIA or AMD), cuda (NVIDIA only) or hip (AMD only).
  * - device=N: which GPU, as numbered by nifGetGpuInfo (default: the backend's first).
  * - module=PATH: with a GPU, the file of the GPU module.
+ * - shaders=NAME: off (default), or on: assets keep what nifGetShaderTables reads.
  * - pipeline=NAME: with a GPU, how it answers: auto (default), on or off. The answers are the same.
  * - precision=NAME: with a GPU, single (default), or half for networks of `spherical` objects.
  *
@@ -367,6 +368,32 @@ typedef struct NifAssetInstanceInfo {
 /* Describes one instance of the file: instance = 0 .. instance_count - 1. Allocates nothing. */
 NIF_API NifError nifGetAssetInstanceInfo(NifAsset asset, uint32_t instance, NifAssetInstanceInfo* info);
 
+/* ---- Shaders ----------------------------------------------------------------------------------------- */
+
+/* Writes the tables of one object for a shader of your own: 32-bit words in this machine's byte order, to be
+ * bound as one read-only storage buffer. docs/shaders.md describes each word, and the GLSL file nif.glsl has
+ * the function that answers rays from them, with the bits of nifQuery. Needs no GPU.
+ *
+ * *count receives how many words there are. `words` null: only that. Otherwise `words` has room for `capacity`
+ * words; if those are too few, nothing is written and it gives NIF_ERROR_INVALID_ARGUMENT. The object must have
+ * planes and no triangles (`segment`, `proof`), and a network like those that nif bake makes; otherwise it
+ * gives NIF_ERROR_NOT_AVAILABLE. Where kernels free a file's bytes after the load (docs/runtime.md), it gives
+ * NIF_ERROR_INVALID_OPERATION, unless the device was made with shaders=on. Both calls build the tables, in
+ * memory of the device that they free. */
+NIF_API NifError nifGetShaderTables(NifAsset asset, uint32_t object, uint32_t* words, uint64_t capacity,
+                                    uint64_t* count);
+
+typedef enum NifShaderLanguage {
+  NIF_SHADER_GLSL = 1, /* for Vulkan: the file nif.glsl */
+  NIF_SHADER_WGSL = 2, /* for WebGPU: the file nif.wgsl */
+  NIF_SHADER_LANGUAGE_IS_32_BITS = 0x7fffffff
+} NifShaderLanguage;
+
+/* Returns the text of this version's functions for shaders, to be put before your own: it reads the tables
+ * that this library writes. 0-terminated, valid as long as the library is loaded; null if there is no such
+ * language. Allocates nothing. */
+NIF_API const char* nifGetShaderSource(NifShaderLanguage language);
+
 /* ---- Scenes ------------------------------------------------------------------------------------------ */
 
 /* A scene is a list of instances. An instance is an object of an asset with a transform. Build the scene,
@@ -510,6 +537,12 @@ typedef struct NifSceneInfo {
 
 /* Allocates nothing. */
 NIF_API NifError nifGetSceneInfo(NifScene scene, NifSceneInfo* info);
+
+/* Writes the tables of a committed scene for shaders: its instances that rays can meet, then the objects that
+ * they place, as nifGetShaderTables writes them. Rays are then in world space. If a shader cannot answer one of
+ * the objects, it gives what nifGetShaderTables would. Otherwise like nifGetShaderTables. A scene that is not
+ * committed gives NIF_ERROR_INVALID_OPERATION. */
+NIF_API NifError nifGetSceneShaderTables(NifScene scene, uint32_t* words, uint64_t capacity, uint64_t* count);
 
 /* ---- Queries ----------------------------------------------------------------------------------------- */
 

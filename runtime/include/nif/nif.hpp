@@ -103,6 +103,12 @@ inline NifGpuInfo gpu(uint32_t index) {
   return info;
 }
 
+/// The text of functions for shaders, to be put before your own (nifGetShaderSource); null if there is no such
+/// language.
+inline const char* shader_source(NifShaderLanguage language = NIF_SHADER_GLSL) {
+  return nifGetShaderSource(language);
+}
+
 class Asset : public Handle<NifAsset, nifRetainAsset, nifReleaseAsset> {
  public:
   static Asset load(const Device& device, const std::string& path, NifLoadMode mode = NIF_LOAD_COPY) {
@@ -159,6 +165,14 @@ class Asset : public Handle<NifAsset, nifRetainAsset, nifReleaseAsset> {
     auto info = sized<NifAssetInstanceInfo>();
     check(nifGetAssetInstanceInfo(pointer_, index, &info));
     return info;
+  }
+  /// The words of an object for a shader (nifGetShaderTables).
+  std::vector<uint32_t> shader_tables(uint32_t object) const {
+    uint64_t count = 0;
+    check(nifGetShaderTables(pointer_, object, nullptr, 0, &count));
+    std::vector<uint32_t> words(count);
+    check(nifGetShaderTables(pointer_, object, words.data(), words.size(), &count));
+    return words;
   }
   /// The file's metadata as JSON; empty if it has none.
   std::string_view metadata() const {
@@ -390,6 +404,15 @@ class Scene : public Handle<NifScene, nifRetainScene, nifReleaseScene> {
     auto info = sized<NifSceneInfo>();
     check(nifGetSceneInfo(pointer_, &info));
     return info;
+  }
+
+  /// The words of the scene for a shader (nifGetSceneShaderTables).
+  std::vector<uint32_t> shader_tables() const {
+    uint64_t count = 0;
+    check(nifGetSceneShaderTables(pointer_, nullptr, 0, &count));
+    std::vector<uint32_t> words(count);
+    check(nifGetSceneShaderTables(pointer_, words.data(), words.size(), &count));
+    return words;
   }
 
   /// How many bytes of scratch a query of `count` rays needs: see Rays::scratch().

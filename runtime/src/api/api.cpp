@@ -5,8 +5,10 @@
 #include "api/error.hpp"
 #include "api/handles.hpp"
 #include "api/structure.hpp"
+#include "kernels/shader/shader_source.hpp"
 #include "query/float_environment.hpp"
 #include "query/validate.hpp"
+#include "scene/shaders.hpp"
 
 using namespace nif::runtime;
 
@@ -222,6 +224,24 @@ NifError nifGetAssetInstanceInfo(NifAsset asset, uint32_t instance, NifAssetInst
   });
 }
 
+// ---- Shaders
+
+NifError nifGetShaderTables(NifAsset asset, uint32_t object, uint32_t* words, uint64_t capacity,
+                            uint64_t* count) {
+  return guarded([&] {
+    auto& the_asset = get(asset);
+    require_argument(count, "count");
+    const FloatEnvironment environment;
+    *count = write_shader_tables(the_asset, object, words, capacity);
+  });
+}
+
+const char* nifGetShaderSource(NifShaderLanguage language) {
+  return language == NIF_SHADER_GLSL   ? nif::kernels::shader::kGlsl
+         : language == NIF_SHADER_WGSL ? nif::kernels::shader::kWgsl
+                                       : nullptr;
+}
+
 // ---- Scenes
 
 NifError nifNewScene(NifDevice device, NifScene* scene) {
@@ -349,6 +369,15 @@ NifError nifGetSceneInfo(NifScene scene, NifSceneInfo* info) {
   return guarded([&] {
     auto& the_scene = get(scene);
     write_structure(info, describe(the_scene), "info");
+  });
+}
+
+NifError nifGetSceneShaderTables(NifScene scene, uint32_t* words, uint64_t capacity, uint64_t* count) {
+  return guarded([&] {
+    auto& the_scene = get(scene);
+    require_argument(count, "count");
+    const FloatEnvironment environment;
+    *count = write_scene_shader_tables(the_scene, words, capacity);
   });
 }
 

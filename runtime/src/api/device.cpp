@@ -91,6 +91,8 @@ Configuration parse_configuration(std::string_view text) {
       configuration.kernels.isa = parse_isa(value);
     else if (key == "memory")
       configuration.kernels.least_memory = parse_name(key, value, {"auto", "least"}) == 1;
+    else if (key == "shaders")
+      configuration.shaders = parse_name(key, value, {"off", "on"}) == 1;
     else if (key == "backend")
       configuration.backend = kBackends.begin()[parse_name(key, value, kBackends)];
     else if (key == "device")

@@ -33,6 +33,7 @@ class CallbackMemory : public std::pmr::memory_resource {
 struct Configuration {
   uint32_t threads = 1;
   KernelChoice kernels;
+  bool shaders = false;                ///< assets keep what tables for shaders are made from
   uint32_t queries;                    ///< most queries that have work memory at the same time
   const char* backend = "cpu";         ///< cpu, gpu, cuda or hip
   std::optional<uint32_t> gpu_number;  ///< for a GPU backend

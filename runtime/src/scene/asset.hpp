@@ -34,9 +34,10 @@ struct NifAssetObject : nif::runtime::Object {
       kernels.push_back(object.unsupported
                             ? nif::runtime::KernelPointer()
                             : nif::runtime::make_kernel(object, choice, owner->memory(), copies));
-    // Details of hits are looked up in the file's bytes, and a GPU reads them when a scene with this asset is
-    // committed.
-    bool read = device->gpu.has_value() || !view.numbers.empty() || !view.colors.empty();
+    // Details of hits are looked up in the file's bytes, a GPU reads them when a scene with this asset is
+    // committed, and tables for shaders are made from them.
+    bool read = device->gpu.has_value() || device->configuration.shaders || !view.numbers.empty() ||
+                !view.colors.empty();
     for (const nif::runtime::KernelPointer& kernel : kernels)
       read = read || (kernel && kernel->reads_field());
     if (!read) drop_bytes();

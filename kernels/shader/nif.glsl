@@ -1,0 +1,821 @@
+// nif.glsl: asks a nifkit object whether a ray is blocked, in a shader of your own. GLSL 4.50 for Vulkan.
+//
+//   NifAnswer answer = nif_query(0u, origin, direction, 0.0, 1.0e30);
+//   if (answer.visible) ...
+//
+// Bind the words of nifGetShaderTables as a read-only storage buffer. Before you include this file you may define:
+//   NIF_SET, NIF_BINDING  where the buffer is bound (0, 0)
+//   NIF_WORD(i)           reads word i from somewhere else; then nothing is bound here
+//   NIF_NETWORK_WORDS     room for a network's inputs in words of 4: 12 is enough for all that `nif bake` makes
+//   NIF_CERTAIN_REACH     how far away, in finest cells, a ray may start for a proof: 8192, which holds in the loosest
+//                         arithmetic that Vulkan allows, or 16384 if the device's is known to be IEEE's (docs/shaders.md)
+//   NIF_PROVES            false: no answer is certain, for compilers that do not heed `precise`
+//
+// The arithmetic is that of the CPU, operation by operation: each result has a name and is `precise`, so that no
+// compiler fuses or reorders it. No stack, no pointers, no array in memory that is not the buffer. Public names are at
+// the end. nif_header(k), nif_number(k) and nif_table(k, i) read word k of the object's header, which docs/shaders.md
+// describes, or word i of the table that begins there.
+
+#ifndef NIF_SET
+#define NIF_SET 0
+#endif
+#ifndef NIF_BINDING
+#define NIF_BINDING 0
+#endif
+#ifndef NIF_NETWORK_WORDS
+#define NIF_NETWORK_WORDS 12
+#endif
+#ifndef NIF_CERTAIN_REACH
+#define NIF_CERTAIN_REACH 8192.0
+#endif
+#ifndef NIF_PROVES
+#define NIF_PROVES true
+#endif
+#ifndef NIF_WORD
+layout(std430, set = NIF_SET, binding = NIF_BINDING) readonly buffer NifTables {
+  uint nif_words[];
+};
+#define NIF_WORD(i) nif_words[i]
+#endif
+
+struct NifAnswer {
+  bool visible;       // false: something blocks the ray
+  bool certain;       // it is proven
+  int logit;          // the network's output; NIF_CERTAIN_LOGIT or its negative if none was asked
+  float probability;  // that the ray is visible
+  float open_begin;   // if the planes prove nothing: whatever blocks the ray does so between these two t
+  float open_end;
+  uint instance;      // of a scene: what blocks the ray; NIF_NONE if it is visible, or of an object alone
+};
+
+const uint NIF_NONE = 0xffffffffu;
+const int NIF_CERTAIN_LOGIT = 0x7fffffff;
+
+// ---- State of a traversal. Space is the grid's, whose unit is a finest cell.
+
+uint nif_object;           // first word of the object's header
+uvec3 nif_voxels;          // of the grid
+uint nif_levels;           // how often voxels are cut
+vec3 nif_origin;
+vec3 nif_direction;
+vec3 nif_inverse;          // 1 / direction, 0 where that is 0
+bvec3 nif_flat;            // where the direction is 0
+bvec3 nif_down;            // where it is negative
+ivec3 nif_cell;            // the finest cell; counted by -1 - cell along axes with negative direction
+float nif_enter;           // t where the segment enters the grid, or begins
+float nif_leave;           // t where it leaves it, or ends
+bool nif_enters;           // it enters from outside
+bool nif_leaves;
+bool nif_near;             // it starts near enough for proofs
+float nif_now;
+uint nif_seen;             // sides that it has been on: 1 outside, 2 inside
+bool nif_blocked;
+uint nif_count;            // open intervals so far
+float nif_open_t;          // their length
+bool nif_starts_open;
+bool nif_ends_open;
+float nif_open_begin;
+float nif_open_end;
+
+// The second traversal of an open ray places sample points.
+bool nif_placing;
+uint nif_last;             // number of the last interval
+uint nif_placed;
+float nif_spacing;
+float nif_start;           // arc length at the start of the interval
+bool nif_reversed;
+uint nif_input[NIF_NETWORK_WORDS];
+uint nif_output[NIF_NETWORK_WORDS];
+
+uint nif_header(uint k) { return NIF_WORD(nif_object + k); }
+float nif_number(uint k) { return uintBitsToFloat(nif_header(k)); }
+uint nif_table(uint k, uint i) { return NIF_WORD(nif_object + nif_header(k) + i); }
+
+// By bits: compilers may assume that there are no infinities and NaNs.
+bool nif_is_finite(float x) { return (floatBitsToUint(x) & 0x7f800000u) != 0x7f800000u; }
+bool nif_is_nan(float x) { return (floatBitsToUint(x) & 0x7fffffffu) > 0x7f800000u; }
+bool nif_all_finite(vec3 v) { return nif_is_finite(v.x) && nif_is_finite(v.y) && nif_is_finite(v.z); }
+float nif_infinity() { return uintBitsToFloat(0x7f800000u); }
+// The second number if one is NaN.
+float nif_smaller(float a, float b) { return a < b ? a : b; }
+float nif_larger(float a, float b) { return a > b ? a : b; }
+float nif_largest(vec3 v) { return nif_larger(abs(v.z), nif_larger(abs(v.y), nif_larger(abs(v.x), 0.0))); }
+
+// Truncates x to an integer from 0 to top; 0 if it is NaN.
+int nif_to_index(float x, int top) {
+  if (nif_is_nan(x) || !(x > 0.0)) {
+    return 0;
+  }
+  if (!(x < float(top))) {
+    return top;
+  }
+  return clamp(int(x), 0, top);
+}
+
+// ---- The grid
+
+// Clips the segment to the grid along one axis. Returns false if it misses the grid.
+bool nif_clip(float origin, float inverse, bool flat_axis, bool down, uint voxels) {
+  float size = float(voxels << nif_levels);
+  if (flat_axis) {
+    return origin >= 0.0 && origin <= size;
+  }
+  precise float to_low = 0.0 - origin;
+  precise float low = to_low * inverse;
+  precise float to_high = size - origin;
+  precise float high = to_high * inverse;
+  float first = down ? high : low;
+  float last = down ? low : high;
+  if (first > nif_enter) {
+    nif_enter = first;
+    nif_enters = true;
+  }
+  if (last < nif_leave) {
+    nif_leave = last;
+    nif_leaves = true;
+  }
+  return true;
+}
+
+// To the start of the grid.
+void nif_begin() {
+  precise vec3 moved = nif_enter * nif_direction;
+  precise vec3 at = nif_origin + moved;
+  for (int a = 0; a < 3; ++a) {
+    int cell = nif_to_index(at[a], int(nif_voxels[a] << nif_levels) - 1);
+    nif_cell[a] = nif_down[a] ? -1 - cell : cell;
+  }
+  nif_now = nif_enter;
+  nif_seen = (nif_enters || nif_leaves) ? 1u : 0u;
+  nif_blocked = false;
+  nif_count = 0u;
+  nif_open_t = 0.0;
+}
+
+// Returns false if the segment meets no cell; it is then visible, which is certain if nif_near.
+bool nif_enter_grid(vec3 origin, vec3 direction, float tmin, float tmax) {
+  nif_near = false;
+  nif_count = 0u;
+  nif_blocked = false;
+  nif_voxels = uvec3(nif_header(10u), nif_header(11u), nif_header(12u));
+  nif_levels = nif_header(9u);
+  vec3 corner = vec3(nif_number(4u), nif_number(5u), nif_number(6u));
+  float scale = nif_number(7u);
+  precise vec3 relative = origin - corner;
+  precise vec3 grid_origin = relative * scale;
+  precise vec3 grid_direction = direction * scale;
+  if (nif_is_nan(tmin) || nif_is_nan(tmax)) {
+    return false;
+  }
+  if (!(tmin <= tmax)) {
+    nif_near = true;  // no points
+    return false;
+  }
+  float reach = nif_largest(grid_origin);
+  float steepest = nif_largest(grid_direction);
+  if (!nif_all_finite(grid_origin) || !nif_all_finite(grid_direction)) {
+    return false;
+  }
+  if (!(steepest >= 8.67361737988403547e-19 && steepest <= 1.152921504606846976e18)) {  // 2^-60, 2^60
+    return false;
+  }
+  nif_near = reach <= NIF_CERTAIN_REACH;
+  precise float least = steepest * 9.094947017729282379150390625e-13;  // 2^-40
+  for (int a = 0; a < 3; ++a) {
+    nif_flat[a] = abs(grid_direction[a]) < least;
+    float moving = nif_flat[a] ? 1.0 : grid_direction[a];
+    precise float inverse = 1.0 / moving;
+    nif_inverse[a] = nif_flat[a] ? 0.0 : inverse;
+    nif_direction[a] = nif_flat[a] ? 0.0 : grid_direction[a];
+    nif_down[a] = nif_direction[a] < 0.0;
+  }
+  nif_origin = grid_origin;
+  nif_enter = tmin;
+  nif_leave = tmax;
+  nif_enters = false;
+  nif_leaves = false;
+  for (int a = 0; a < 3; ++a) {
+    if (!nif_clip(nif_origin[a], nif_inverse[a], nif_flat[a], nif_down[a], nif_voxels[a])) {
+      return false;
+    }
+  }
+  return nif_enter <= nif_leave && nif_enter <= 3.402823466e+38;
+}
+
+// ---- Sample points
+
+// Feature pairs i and i + 1, the first in the lower half.
+uint nif_two_pairs(uint i) {
+  uint word = nif_table(17u, i >> 1);
+  if ((i & 1u) == 0u) {
+    return word;
+  }
+  uint next = nif_table(17u, (i >> 1) + 1u);
+  return (word >> 16) | (next << 16);
+}
+
+int nif_byte(uint word, uint k) { return int(word << (24u - 8u * k)) >> 24; }
+
+// First word of a brick of corners.
+uint nif_brick(uvec3 at) {
+  uvec3 bricks = (nif_voxels + 3u) / 4u;
+  uint number = at.x + bricks.x * (at.y + bricks.y * at.z);
+  uint word = nif_table(15u, number >> 4);
+  uint mark = 1u << (number & 15u);
+  uint below = uint(bitCount(word & (mark - 1u)));
+  return (word & mark) != 0u ? 6u * (1u + (word >> 16) + below) : 0u;
+}
+
+// The features of one corner, in whichever brick it is; 0 if it has none.
+uint nif_corner(uvec3 corner) {
+  uvec3 bricks = (nif_voxels + 3u) / 4u;
+  uvec3 first = (max(corner, uvec3(1u)) - 1u) / 4u;
+  uvec3 last = min(corner / 4u, bricks - 1u);
+  for (uint k = 0u; k < 8u; ++k) {
+    uvec3 at = first + uvec3(k & 1u, (k >> 1) & 1u, k >> 2);
+    if (at.x <= last.x && at.y <= last.y && at.z <= last.z) {
+      uint brick = nif_brick(at);
+      uint layer = nif_table(16u, brick + 1u + corner.z - 4u * at.z);
+      uint bit = corner.x - 4u * at.x + 5u * (corner.y - 4u * at.y);
+      if (((layer >> bit) & 1u) != 0u) {
+        uint below = uint(bitCount(layer & ((1u << bit) - 1u)));
+        return nif_two_pairs(nif_table(16u, brick) + (layer >> 25) + below) & 0xffffu;
+      }
+    }
+  }
+  return 0u;
+}
+
+uint nif_feature(int sum) { return uint((sum + (127 << 21) + (1 << 21)) >> 22); }
+
+// The two inputs of a point: trilinear interpolation of the features of its voxel's corners, in integers.
+uint nif_features(uvec3 voxel, ivec3 fraction) {
+  uint brick = nif_brick(voxel / 4u);
+  uint bit = (voxel.x & 3u) + 5u * (voxel.y & 3u);
+  uint four = 0x63u << bit;
+  uint layer_0 = nif_table(16u, brick + 1u + (voxel.z & 3u));
+  uint layer_1 = nif_table(16u, brick + 2u + (voxel.z & 3u));
+  bool together = (layer_0 & layer_1 & four) == four;
+  uint first_pair = nif_table(16u, brick);
+  ivec3 rest = 128 - fraction;
+  int sum_0 = 0;
+  int sum_1 = 0;
+  for (uint k = 0u; k < 4u; ++k) {
+    uint dy = k & 1u;
+    uint dz = k >> 1;
+    uint row;
+    if (together) {
+      uint layer = dz == 0u ? layer_0 : layer_1;
+      uint below = uint(bitCount(layer & ((1u << (bit + 5u * dy)) - 1u)));
+      row = nif_two_pairs(first_pair + (layer >> 25) + below);
+    } else {  // rounding has moved the point out of the surface voxels: other bricks may have its corners
+      uvec3 corner = voxel + uvec3(0u, dy, dz);
+      uint other = nif_corner(corner + uvec3(1u, 0u, 0u));
+      row = nif_corner(corner) | (other << 16);
+    }
+    int across = (dy == 0u ? rest.y : fraction.y) * (dz == 0u ? rest.z : fraction.z);
+    sum_0 += across * (rest.x * nif_byte(row, 0u) + fraction.x * nif_byte(row, 2u));
+    sum_1 += across * (rest.x * nif_byte(row, 1u) + fraction.x * nif_byte(row, 3u));
+  }
+  return nif_feature(sum_0) | (nif_feature(sum_1) << 8);
+}
+
+// Writes an input without an index that varies, which would put the array in memory.
+void nif_put(uint at, uint word) {
+  for (uint k = 0u; k < uint(NIF_NETWORK_WORDS); ++k) {
+    nif_input[k] = k == at ? word : nif_input[k];
+  }
+}
+
+// The sample points of one interval.
+void nif_place(float begin, float end, float begin_height, float end_height) {
+  bool last = nif_count == nif_last;
+  uint samples = nif_header(18u);
+  float voxels_per_cell = nif_number(8u);
+  precise float length = end - begin;
+  for (; nif_placed < samples; ++nif_placed) {
+    float number = float(nif_placed);
+    precise float middle = number + 0.5;
+    precise float s = middle * nif_spacing;
+    precise float interval_end = nif_start + length;
+    if (!last && s > interval_end) {
+      nif_start = interval_end;
+      return;
+    }
+    precise float along = s - nif_start;
+    precise float t_along = begin + along;
+    float t = nif_smaller(t_along, end);
+    // Between the planes; 0 for an interval without length.
+    precise float past = t - begin;
+    precise float share = past / (length > 0.0 ? length : 1.0);
+    precise float rise = end_height - begin_height;
+    precise float raised = rise * share;
+    precise float height = begin_height + raised;
+    precise float rounded = height + 0.5;
+    int height_input = length > 0.0 ? nif_to_index(rounded, 127) : 0;
+    precise vec3 moved = t * nif_direction;
+    precise vec3 cell = nif_origin + moved;
+    precise vec3 at = cell * voxels_per_cell;
+    uvec3 voxel;
+    ivec3 fraction;
+    for (int a = 0; a < 3; ++a) {
+      int index = nif_to_index(at[a], int(nif_voxels[a]) - 1);
+      float low = float(index);
+      precise float beyond = at[a] - low;
+      precise float scaled = beyond * 128.0;
+      precise float nearest = scaled + 0.5;
+      voxel[a] = uint(index);
+      fraction[a] = nif_to_index(nearest, 128);
+    }
+    uint word = nif_features(voxel, fraction) | (uint(height_input) << 16);
+    nif_put(nif_reversed ? samples - 1u - nif_placed : nif_placed, word);
+  }
+}
+
+// ---- Traversal
+
+// The segment from t = nif_now to t = left in a cell with planes.
+void nif_pass_cell(uint word, vec3 middle, float size, float left) {
+  int u = int((word >> 4) & 63u) - 31;
+  int v = int((word >> 10) & 63u) - 31;
+  vec3 normal = vec3(ivec3(u + v, u - v, 62 - 2 * max(abs(u), abs(v))));
+  precise vec3 relative = nif_origin - middle;
+  precise vec3 enter_moved = nif_now * nif_direction;
+  precise vec3 enter_point = relative + enter_moved;
+  precise vec3 enters = normal * enter_point;
+  precise float enter_sum = enters.x + enters.y;
+  precise float enter_height = enter_sum + enters.z;
+  precise vec3 leave_moved = left * nif_direction;
+  precise vec3 leave_point = relative + leave_moved;
+  precise vec3 leaves = normal * leave_point;
+  precise float leave_sum = leaves.x + leaves.y;
+  precise float leave_height = leave_sum + leaves.z;
+  precise float heights = 31.0 * size;  // exact, as all are that follow from size and word alone
+  precise float units = heights + 1.0;
+  precise float step_size = units * 0.0078125;
+  precise float lower_place = float((word >> 16) & 255u) - 128.0;
+  precise float upper_place = float((word >> 24) + 1u) - 128.0;
+  precise float lower = lower_place * step_size;
+  precise float upper = upper_place * step_size;
+  bool enters_above = enter_height > upper;
+  bool enters_below = enter_height < lower;
+  bool leaves_above = leave_height > upper;
+  bool leaves_below = leave_height < lower;
+  uint kind = word & 15u;
+  bool wall = ((0x3f00u >> kind) & 1u) != 0u;
+  nif_blocked = wall && ((enters_above && leaves_below) || (enters_below && leaves_above));
+  nif_seen |= (enters_above || leaves_above) ? (0x06109610u >> (2u * kind)) & 3u : 0u;
+  nif_seen |= (enters_below || leaves_below) ? (0x04846484u >> (2u * kind)) & 3u : 0u;
+  if ((enters_above && leaves_above) || (enters_below && leaves_below)) {
+    return;
+  }
+
+  // The part between the planes.
+  precise float climb = leave_height - enter_height;
+  precise float stay = left - nif_now;
+  precise float rate = stay / (climb != 0.0 ? climb : 1.0);
+  precise float first_rise = (enters_above ? upper : lower) - enter_height;
+  precise float first_part = first_rise * rate;
+  precise float first_t = nif_now + first_part;
+  precise float last_rise = (leaves_above ? upper : lower) - enter_height;
+  precise float last_part = last_rise * rate;
+  precise float last_t = nif_now + last_part;
+  float begin = nif_now;
+  if (enters_above || enters_below) {
+    begin = nif_smaller(nif_larger(first_t, nif_now), left);
+  }
+  float end = left;
+  if (leaves_above || leaves_below) {
+    end = nif_smaller(nif_larger(last_t, begin), left);
+  }
+  if (nif_placing) {
+    precise float between = upper - lower;
+    precise float scale = 127.0 / between;
+    precise float enter_over = enter_height - lower;
+    precise float enter_scaled = enter_over * scale;
+    precise float enter_rounded = enter_scaled + 0.5;
+    precise float leave_over = leave_height - lower;
+    precise float leave_scaled = leave_over * scale;
+    precise float leave_rounded = leave_scaled + 0.5;
+    nif_place(begin, end, float(nif_to_index(enter_rounded, 127)), float(nif_to_index(leave_rounded, 127)));
+  } else {
+    if (nif_count == 0u) {
+      nif_starts_open = begin == nif_enter && !nif_enters;
+      nif_open_begin = nif_now;
+    }
+    nif_ends_open = end == nif_leave && !nif_leaves;
+    nif_open_end = left;
+    precise float length = end - begin;
+    precise float open_t = nif_open_t + length;
+    nif_open_t = open_t;
+  }
+  ++nif_count;
+}
+
+// One skip through empty space, or one cell. Returns false if the traversal is over.
+bool nif_next() {
+  ivec3 cells = ivec3(nif_voxels << uvec3(nif_levels));
+  ivec3 at = clamp(ivec3(nif_down.x ? -1 - nif_cell.x : nif_cell.x, nif_down.y ? -1 - nif_cell.y : nif_cell.y,
+                         nif_down.z ? -1 - nif_cell.z : nif_cell.z), ivec3(0), cells - 1);
+  uvec3 voxel = uvec3(at) >> uvec3(nif_levels);
+  uint word = nif_table(13u, voxel.x + nif_voxels.x * (voxel.y + nif_voxels.y * voxel.z));
+  uint level = nif_levels;
+  for (; level > 0u && (word & 15u) == 15u;) {
+    --level;
+    uvec3 upper = (uvec3(at) >> uvec3(level)) & uvec3(1u);
+    uint child = upper.x | (upper.y << 1) | (upper.z << 2);
+    uint mask = (word >> 4) & 255u;
+    if (((mask >> child) & 1u) != 0u) {
+      word = nif_table(14u, (word >> 12) + uint(bitCount(mask & ((1u << child) - 1u))));
+    } else {
+      word = 14u;  // no triangle, and nothing is known of its side
+    }
+  }
+
+  // Where the segment leaves the box or the cell.
+  bool is_empty = (word & 15u) == 14u;
+  uint box = (is_empty && nif_near) ? word : 0u;
+  int size = 1 << level;
+  ivec3 low = (at >> uvec3(level)) << uvec3(level);
+  vec3 leaving;
+  for (int a = 0; a < 3; ++a) {
+    uint extent = (box >> (8u + 8u * uint(a) + (nif_down[a] ? 0u : 4u))) & 15u;
+    int reach = int(extent) * size;
+    float plane = float(nif_down[a] ? low[a] - reach : low[a] + size + reach);
+    precise float distance = plane - nif_origin[a];
+    precise float crossing = distance * nif_inverse[a];
+    leaving[a] = nif_flat[a] ? nif_infinity() : crossing;
+  }
+  float t = nif_smaller(nif_smaller(leaving.x, leaving.y), leaving.z);
+  bool ends = !(t < nif_leave);
+  float left = nif_larger(ends ? nif_leave : t, nif_now);
+  if (is_empty) {
+    nif_seen |= (word >> 4) & 3u;
+  } else {
+    precise float half_size = 0.5 * float(size);
+    precise vec3 middle = vec3(low) + half_size;  // exact
+    nif_pass_cell(word, middle, float(size), left);
+  }
+  nif_blocked = nif_blocked || nif_seen == 3u;
+  nif_now = left;
+  if (nif_blocked || ends) {
+    return false;
+  }
+
+  // The cell behind it. Along each axis its number is estimated from below, by at most 1 too little, and corrected
+  // by a crossing; those of lower axes at the same t come first. Far away each plane is tested.
+  bool by_0 = leaving.x == t;
+  bool by_1 = leaving.y == t;
+  precise vec3 moved = nif_direction * t;
+  precise vec3 reached = nif_origin + moved;
+  for (int a = 0; a < 3; ++a) {
+    bool later = (a > 0 && by_0) || (a > 1 && by_1);
+    float upward = nif_down[a] ? -reached[a] : reached[a];
+    precise float lowered = upward - 0.03125;
+    int cell = nif_cell[a];
+    if (nif_near) {
+      cell = max(int(clamp(floor(lowered), -1025.0, 1025.0)), cell);
+    }
+    for (int k = 0; k < 16; ++k) {
+      int next = cell + 1;
+      float plane = float(nif_down[a] ? -next : next);
+      precise float distance = plane - nif_origin[a];
+      precise float crossing = distance * nif_inverse[a];
+      bool crossed = !nif_flat[a] && (crossing < t || (crossing == t && !later));
+      cell = crossed ? next : cell;
+      if (nif_near || !crossed || (cell & (size - 1)) == 0) {
+        break;
+      }
+    }
+    nif_cell[a] = cell;
+  }
+  return true;
+}
+
+// ---- The network
+
+int nif_dot(uint weights, uint inputs, int sum) {
+  int sum_0 = sum + nif_byte(weights, 0u) * int(inputs & 255u);
+  int sum_1 = sum_0 + nif_byte(weights, 1u) * int((inputs >> 8) & 255u);
+  int sum_2 = sum_1 + nif_byte(weights, 2u) * int((inputs >> 16) & 255u);
+  return sum_2 + nif_byte(weights, 3u) * int(inputs >> 24);
+}
+
+// The sum of one neuron, whose row of weights begins at a word.
+int nif_neuron(uint row, uint words) {
+  int sum = int(NIF_WORD(row));
+  for (uint k = 0u; k < uint(NIF_NETWORK_WORDS); ++k) {
+    if (k < words) {
+      sum = nif_dot(NIF_WORD(row + 1u + k), nif_input[k], sum);
+    }
+  }
+  return sum;
+}
+
+// The inputs that belong to no point: direction, length, flags.
+void nif_put_globals(uint samples) {
+  precise vec3 squares = nif_direction * nif_direction;
+  precise float sum = squares.x + squares.y;
+  precise float square = sum + squares.z;
+  float length = sqrt(square);
+  precise vec3 unit = nif_direction / length;
+  vec3 upward = nif_reversed ? -unit : unit;
+  precise vec3 scaled = 63.5 * upward;
+  precise vec3 shifted = 64.0 + scaled;
+  precise float open_length = nif_open_t * length;
+  precise float in_units = open_length * nif_number(19u);
+  precise float rounded = in_units + 0.5;
+  uint x = uint(nif_to_index(shifted.x, 127));
+  uint y = uint(nif_to_index(shifted.y, 127));
+  uint z = uint(nif_to_index(shifted.z, 127));
+  nif_put(samples, x | (y << 8) | (z << 16) | (uint(nif_to_index(rounded, 127)) << 24));
+  bool starts = nif_reversed ? nif_ends_open : nif_starts_open;
+  bool ends = nif_reversed ? nif_starts_open : nif_ends_open;
+  uint flags = ((nif_seen & 1u) != 0u ? 0x7fu : 0u) | ((nif_seen & 2u) != 0u ? 0x7f00u : 0u);
+  nif_put(samples + 1u, flags | (starts ? 0x7f0000u : 0u) | (ends ? 0x7f000000u : 0u));
+}
+
+// The network's output for nif_input.
+int nif_evaluate() {
+  uint layers = min(nif_header(20u), 4u);
+  for (uint l = 0u; l < layers; ++l) {
+    uint row = nif_object + nif_header(24u + 4u * l);
+    uint words = nif_header(25u + 4u * l);
+    uint outputs = nif_header(26u + 4u * l);
+    uint shift = nif_header(27u + 4u * l);
+    if (l + 1u == layers) {
+      return nif_neuron(row, words);
+    }
+    uint groups = outputs >> 2;
+    for (uint w = 0u; w < groups; ++w) {
+      uint four = 0u;
+      for (uint k = 0u; k < 4u; ++k) {
+        int sum = nif_neuron(row, words) + ((1 << shift) >> 1);
+        four |= uint(clamp(sum >> shift, 0, 127)) << (8u * k);
+        row += words + 1u;
+      }
+      for (uint k = 0u; k < uint(NIF_NETWORK_WORDS); ++k) {
+        nif_output[k] = k == w ? four : nif_output[k];
+      }
+    }
+    for (uint k = 0u; k < uint(NIF_NETWORK_WORDS); ++k) {
+      nif_input[k] = nif_output[k];
+    }
+  }
+  return -1;
+}
+
+// ---- Queries
+
+// Not where a number is not finite (tmin and tmax may be infinite), the origin is 2^126 or more, the direction is 0 or too
+// small or large to compute with, or tmin > tmax.
+bool nif_is_valid(vec3 origin, vec3 direction, float tmin, float tmax) {
+  precise vec3 enlarged = origin * 4.0;
+  float steepest = nif_largest(direction);
+  bool moves = steepest >= 8.67361737988403547e-19 && steepest <= 1.152921504606846976e18;
+  return nif_all_finite(enlarged) && nif_all_finite(direction) && moves && !nif_is_nan(tmin) && !nif_is_nan(tmax) &&
+         tmin <= tmax;
+}
+
+// What proofs alone say: a valid ray that is not certain is open, and counts as occluded.
+NifAnswer nif_or_open(NifAnswer answer, bool valid) {
+  if (answer.certain || (answer.visible && !valid)) {
+    return answer;
+  }
+  NifAnswer open = answer;
+  open.visible = false;
+  open.logit = -1;
+  open.probability = 0.5;
+  return open;
+}
+
+// The whole of it; `learned`: ask the network about what the planes leave open, if there is one.
+NifAnswer nif_ask(uint object, vec3 origin, vec3 direction, float tmin, float tmax, bool learned) {
+  nif_object = object;
+  NifAnswer answer = NifAnswer(false, false, -1, 0.5, tmin, tmax, NIF_NONE);
+  if (nif_header(0u) != 0x5346494eu || nif_header(1u) != 1u) {
+    return answer;  // not tables that this file reads
+  }
+  uint flags = nif_header(3u);
+  uint samples = nif_header(18u);
+  bool has_network = learned && (flags & 1u) != 0u && nif_header(21u) <= uint(NIF_NETWORK_WORDS);
+  bool over = true;
+  nif_placing = false;
+  if (nif_enter_grid(origin, direction, tmin, tmax)) {
+    nif_begin();
+    over = false;
+    // Each step goes at least one cell along an axis, and a ray is traversed at most twice.
+    for (int k = 0; k < 2 * (3 * 1024 + 2); ++k) {
+      if (nif_next()) {
+        continue;
+      }
+      if (nif_placing || nif_blocked || nif_count == 0u || !has_network) {
+        over = true;
+        break;
+      }
+      // From the end that makes the direction point up.
+      vec3 d = nif_direction;
+      nif_reversed = d.z < 0.0 || (d.z == 0.0 && (d.y < 0.0 || (d.y == 0.0 && d.x < 0.0)));
+      for (uint w = 0u; w < uint(NIF_NETWORK_WORDS); ++w) {
+        nif_input[w] = 0u;
+        nif_output[w] = 0u;
+      }
+      nif_put_globals(samples);
+      precise float spacing = nif_open_t / float(samples);
+      nif_spacing = spacing;
+      nif_last = nif_count - 1u;
+      nif_placed = 0u;
+      nif_start = 0.0;
+      nif_placing = true;
+      nif_begin();
+    }
+  }
+  if (!over) {
+    return answer;
+  }
+  if (nif_blocked || nif_count == 0u) {
+    answer.visible = !nif_blocked;
+    answer.certain = NIF_PROVES && nif_near && (flags & 2u) != 0u;
+    answer.logit = nif_blocked ? -NIF_CERTAIN_LOGIT : NIF_CERTAIN_LOGIT;
+    answer.probability = nif_blocked ? 0.0 : 1.0;
+    return answer;
+  }
+
+  // The interval in which the caller's own triangles can decide: a voxel longer at each end.
+  float reach = nif_largest(nif_origin);
+  precise float culling_reach = 0.25 * NIF_CERTAIN_REACH;
+  if (reach <= culling_reach) {
+    precise float voxel = float(1u << nif_levels) / nif_largest(nif_direction);
+    precise float begin = nif_open_begin - voxel;
+    precise float end = nif_open_end + voxel;
+    answer.open_begin = nif_larger(begin, tmin);
+    answer.open_end = nif_smaller(end, tmax);
+  }
+  if (nif_placing) {
+    answer.logit = nif_evaluate();
+    answer.visible = answer.logit >= 0;
+    precise float odds = float(answer.logit + int(nif_header(23u))) * nif_number(22u);
+    precise float against = 1.0 + exp(-odds);
+    precise float probability = 1.0 / against;
+    answer.probability = probability;
+  }
+  return answer;
+}
+
+// ---- Scenes
+
+// The sum of three products, in the CPU's order.
+float nif_row(vec3 row, vec3 v) {
+  precise vec3 products = row * v;
+  precise float two = products.x + products.y;
+  precise float three = two + products.z;
+  return three;
+}
+
+// Whether a ray may meet a box from `low` to `high` along one axis: narrows nif_enter and nif_leave.
+bool nif_slab(float low, float high, float origin, float direction) {
+  if (!(abs(direction) >= 1.17549435082228751e-38)) {  // 2^-126
+    return low < origin && origin < high;
+  }
+  precise float inverse = 1.0 / direction;
+  precise float to_low = low - origin;
+  precise float t_low = to_low * inverse;
+  precise float to_high = high - origin;
+  precise float t_high = to_high * inverse;
+  nif_enter = nif_larger(nif_smaller(t_low, t_high), nif_enter);
+  nif_leave = nif_smaller(nif_larger(t_high, t_low), nif_leave);
+  return true;
+}
+
+vec3 nif_vector(uint at) {
+  return vec3(uintBitsToFloat(NIF_WORD(at)), uintBitsToFloat(NIF_WORD(at + 1u)), uintBitsToFloat(NIF_WORD(at + 2u)));
+}
+
+// Whether a valid ray may meet the box of an instance. A ray that does not certainly misses it, from anywhere.
+bool nif_may_meet(uint box, vec3 origin, vec3 direction, float tmin, float tmax) {
+  vec3 low = nif_vector(box);
+  vec3 high = nif_vector(box + 3u);
+  nif_enter = -nif_infinity();
+  nif_leave = nif_infinity();
+  if (!nif_slab(low.x, high.x, origin.x, direction.x) || !nif_slab(low.y, high.y, origin.y, direction.y) ||
+      !nif_slab(low.z, high.z, origin.z, direction.z)) {
+    return false;
+  }
+  precise float enter_less = nif_enter * 0.9999847412109375;  // 1 - 2^-16
+  precise float enter_more = nif_enter * 1.0000152587890625;
+  precise float first = nif_smaller(enter_less, enter_more) - 7.34683969e-40;  // 2^-130
+  precise float leave_less = nif_leave * 0.9999847412109375;
+  precise float leave_more = nif_leave * 1.0000152587890625;
+  precise float last = nif_larger(leave_less, leave_more) + 7.34683969e-40;
+  float begin = nif_larger(nif_smaller(first, 1.70141183460469232e38), tmin);  // 2^127
+  float end = nif_smaller(nif_larger(last, -1.70141183460469232e38), tmax);
+  return begin <= end;
+}
+
+// The answer of one instance, whose words begin at `at`, for a ray in world space.
+NifAnswer nif_ask_instance(uint scene, uint at, vec3 origin, vec3 direction, float tmin, float tmax, bool learned) {
+  uint word = NIF_WORD(at + 21u);
+  uint object = scene + (word & 0x1fffffffu);
+  bool stays = true;
+  vec3 local_origin = origin;
+  vec3 local_direction = direction;
+  if ((word & 0x20000000u) == 0u) {  // not the identity
+    vec3 row_x = nif_vector(at);
+    vec3 row_y = nif_vector(at + 3u);
+    vec3 row_z = nif_vector(at + 6u);
+    vec3 remainder = nif_vector(at + 12u);
+    precise vec3 moved = origin - nif_vector(at + 9u);
+    precise vec3 relative = moved - remainder;
+    local_origin = vec3(nif_row(row_x, relative), nif_row(row_y, relative), nif_row(row_z, relative));
+    local_direction = vec3(nif_row(row_x, direction), nif_row(row_y, direction), nif_row(row_z, direction));
+    // Whether a proof for the ray in object space holds in the world: rounding must move it little.
+    vec3 far = abs(relative);
+    vec3 steep = abs(direction);
+    vec3 reaches = vec3(nif_row(abs(row_x), far), nif_row(abs(row_y), far), nif_row(abs(row_z), far));
+    vec3 spreads = vec3(nif_row(abs(row_x), steep), nif_row(abs(row_y), steep), nif_row(abs(row_z), steep));
+    float reach = nif_largest(reaches);
+    bool remains = remainder.x != 0.0 || remainder.y != 0.0 || remainder.z != 0.0;
+    precise float longer = reach * 1.25;
+    precise float cells = (remains ? longer : reach) * uintBitsToFloat(NIF_WORD(object + 7u));
+    precise float most = NIF_CERTAIN_REACH * 0.125;
+    precise float times = NIF_CERTAIN_REACH * 0.000244140625;  // 4 for the CPU's reach
+    precise float wide = times * nif_largest(local_direction);
+    stays = tmin > tmax || ((word & 0x40000000u) != 0u && cells <= most && nif_largest(spreads) <= wide);
+  }
+  NifAnswer answer = nif_ask(object, local_origin, local_direction, tmin, tmax, learned);
+  if (!stays || (word & 0x80000000u) != 0u) {
+    answer.certain = false;
+    answer.open_begin = tmin;
+    answer.open_end = tmax;
+  }
+  return answer;
+}
+
+// The answers of all instances joined: one that blocks the ray is enough.
+NifAnswer nif_ask_scene(uint scene, vec3 origin, vec3 direction, float tmin, float tmax, uint mask, bool learned) {
+  NifAnswer joined = NifAnswer(false, false, -1, 0.5, tmin, tmax, NIF_NONE);
+  if (NIF_WORD(scene) != 0x4346494eu || NIF_WORD(scene + 1u) != 1u) {
+    return joined;  // not a scene that this file reads
+  }
+  uint count = NIF_WORD(scene + 4u);
+  bool proves = NIF_PROVES && (NIF_WORD(scene + 3u) & 2u) != 0u;
+  bool no_points = !nif_is_nan(tmin) && !nif_is_nan(tmax) && tmin > tmax;
+  bool valid = nif_is_valid(origin, direction, tmin, tmax);
+  bool all_certain = proves && (valid || no_points);
+  bool blocked = false;
+  joined = NifAnswer(true, all_certain, NIF_CERTAIN_LOGIT, 1.0, tmin, tmax, NIF_NONE);
+  if (proves) {  // else what proves nothing may block the ray anywhere
+    joined.open_begin = nif_infinity();
+    joined.open_end = -nif_infinity();
+  }
+  for (uint i = 0u; i < count && !blocked; ++i) {
+    uint at = scene + 16u + 24u * i;
+    bool alone = count == 1u;  // then its box is not asked, as by the CPU
+    if ((NIF_WORD(at + 22u) & mask) == 0u || (!alone && !valid)) {
+      continue;
+    }
+    if (!alone && !nif_may_meet(at + 15u, origin, direction, tmin, tmax)) {
+      continue;
+    }
+    NifAnswer answer = nif_ask_instance(scene, at, origin, direction, tmin, tmax, learned);
+    all_certain = (alone || all_certain) && answer.certain;
+    blocked = answer.certain && answer.logit < 0;
+    if (answer.logit < min(joined.logit, 0)) {
+      joined.instance = NIF_WORD(at + 23u);
+    }
+    joined.logit = min(joined.logit, answer.logit);
+    precise float probability = joined.probability * answer.probability;
+    joined.probability = probability;
+    if (!answer.certain) {
+      joined.open_begin = nif_smaller(answer.open_begin, joined.open_begin);
+      joined.open_end = nif_larger(answer.open_end, joined.open_end);
+    }
+  }
+  joined.visible = joined.logit >= 0;
+  joined.certain = joined.visible ? all_certain : blocked;
+  return joined;
+}
+
+// ---- What to call. `object` is the first word of the object's tables in the buffer: 0 if it has but one.
+
+// Does anything block one of the points origin + t direction, tmin <= t <= tmax? Planes prove most answers, and the
+// network decides the rest. Without a network (`proof`) a ray that is left open counts as occluded, not certain.
+NifAnswer nif_query(uint object, vec3 origin, vec3 direction, float tmin, float tmax) {
+  return nif_ask(object, origin, direction, tmin, tmax, true);
+}
+
+// The same by proofs alone: if the answer is not certain, test your own triangles from open_begin to open_end.
+NifAnswer nif_prove(uint object, vec3 origin, vec3 direction, float tmin, float tmax) {
+  bool valid = nif_is_valid(origin, direction, tmin, tmax);
+  return nif_or_open(nif_ask(object, origin, direction, tmin, tmax, false), valid);
+}
+
+// The same of a scene, whose words begin at `scene`, for a ray in world space. It meets the instances whose mask has a bit
+// in common with `mask`.
+NifAnswer nif_query_scene(uint scene, vec3 origin, vec3 direction, float tmin, float tmax, uint mask) {
+  return nif_ask_scene(scene, origin, direction, tmin, tmax, mask, true);
+}
+NifAnswer nif_prove_scene(uint scene, vec3 origin, vec3 direction, float tmin, float tmax, uint mask) {
+  bool valid = nif_is_valid(origin, direction, tmin, tmax);
+  return nif_or_open(nif_ask_scene(scene, origin, direction, tmin, tmax, mask, false), valid);
+}

@@ -1,0 +1,98 @@
+// The tables of one object as shaders read them: one array of 32-bit words (docs/shaders.md has it word by
+// word). kernels/shader/nif.glsl is what reads them.
+#pragma once
+
+#include <cstdint>
+#include <memory_resource>
+#include <vector>
+
+#include "kernels/reference/network/network_field.hpp"
+#include "kernels/reference/planes/planes_field.hpp"
+
+namespace nif::kernels::shader {
+
+/// The first word: "NIFS" in memory. Read in the other byte order it is another number.
+inline constexpr uint32_t kMagic = 0x5346494e;
+/// Counts up whenever a shader made for the tables before would read them wrongly.
+inline constexpr uint32_t kVersion = 1;
+inline constexpr uint32_t kHeaderWords = 64;
+
+/// Bits of the header's word kFlags.
+enum HeaderFlags : uint32_t {
+  kHasNetwork = 1,
+  kProves = 2  ///< answers may be certain
+};
+
+/// Words of the header. Tables are given as their first word, counted from the header's.
+enum HeaderWord : uint32_t {
+  kMagicWord = 0,
+  kVersionWord = 1,
+  kWordCount = 2,  ///< of the header and all tables
+  kFlags = 3,
+  kOrigin = 4,         ///< [3] float
+  kCellsPerUnit = 7,   ///< float
+  kVoxelsPerCell = 8,  ///< float
+  kLevels = 9,
+  kVoxels = 10,        ///< [3]
+  kVoxelWords = 13,    ///< table
+  kChildren = 14,      ///< table
+  kCornerTable = 15,   ///< table
+  kCornerBricks = 16,  ///< table
+  kPairs = 17,         ///< table: two pairs of features a word
+  kSamples = 18,
+  kLengthScale = 19,  ///< float
+  kLayerCount = 20,
+  kNetworkWords = 21,  ///< what a shader's NIF_NETWORK_WORDS must be at least
+  kLogitScale = 22,    ///< float
+  kThreshold = 23,     ///< int
+  kLayers = 24,        ///< [4][4]: table, words of inputs, outputs, shift
+  kBounds = 40,        ///< [6] float: lowest, then highest corner of the mesh
+  kBias = 46           ///< float
+};
+
+/// The first word of a scene: "NIFC" in memory.
+inline constexpr uint32_t kSceneMagic = 0x4346494e;
+inline constexpr uint32_t kSceneWords = 16, kInstanceWords = 24;
+/// Words of a scene's header. Instances follow, then the tables of objects.
+enum SceneWord : uint32_t {
+  kSceneMagicWord = 0,
+  kSceneVersionWord = 1,
+  kSceneWordCount = 2,
+  kSceneFlags = 3,  ///< kProves
+  kInstanceCount = 4,
+  kSceneBounds = 5  ///< [6] float
+};
+/// Words of an instance.
+enum InstanceWord : uint32_t {
+  kInverse = 0,      ///< [9] float
+  kTranslation = 9,  ///< [3] float
+  kRemainder = 12,   ///< [3] float
+  kWorldBox = 15,    ///< [6] float: lowest, then highest corner
+  kObjectWord = 21,  ///< first word of its object's header, from the scene's; and InstanceBits
+  kMask = 22,
+  kNumber = 23  ///< of the instance in the scene
+};
+enum InstanceBits : uint32_t {
+  kIdentityBit = 0x20000000u,
+  kWellConditionedBit = 0x40000000u,
+  kUnprovenBit = 0x80000000u
+};
+
+/// Of the object, for the header.
+struct About {
+  bool proves;
+  float bounds[6];
+  float bias;
+};
+
+/// Why an object's network cannot be given to shaders, as the end of a sentence about it: "has ...". Null if
+/// it can.
+const char* unfit(const SegmentField& field, std::pmr::memory_resource* memory);
+
+std::pmr::vector<uint32_t> make_tables(const PlanesField& field, const About& about,
+                                       std::pmr::memory_resource* memory);
+/// Requires that it is not unfit().
+std::pmr::vector<uint32_t> make_tables(const SegmentField& field, const About& about,
+                                       std::pmr::memory_resource* memory);
+
+}  // namespace nif::kernels::shader

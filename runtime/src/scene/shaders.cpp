@@ -1,0 +1,117 @@
+// Makes tables for shaders from an asset's objects, or says why a shader cannot have them.
+#include "scene/shaders.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+
+#include "api/error.hpp"
+#include "kernels/shader/shader_tables.hpp"
+
+namespace nif::runtime {
+namespace {
+
+using kernels::shader::About;
+
+[[noreturn]] void refuse_object(const NifAssetObject& asset, uint32_t object, NifError code,
+                                const std::string& why) {
+  throw Failure(code, std::string(asset.name) + ": object " + std::to_string(object) + " ('" +
+                          std::string(asset.view.objects[object].name) + "') " + why);
+}
+
+std::pmr::vector<uint32_t> tables_of(const NifAssetObject& asset, uint32_t object) {
+  const format::ObjectView& view = answerable(asset, object);
+  const bool segment = view.is<kernels::SegmentField>();
+  if (!segment && !view.is<kernels::PlanesField>())
+    refuse_object(asset, object, NIF_ERROR_NOT_AVAILABLE,
+                  "has the encoding '" + std::string(format::encoding_of(view).name) +
+                      "'; shaders answer 'segment' and 'proof' only");
+  if (asset.view.bytes.empty())
+    refuse_object(asset, object, NIF_ERROR_INVALID_OPERATION,
+                  "is no longer in memory as shaders need it: make the device with shaders=on");
+  std::pmr::memory_resource* const memory = asset.device->memory();
+  About about{view.proven, {}, view.bias};
+  std::copy_n(view.aabb_min.begin(), 3, about.bounds);
+  std::copy_n(view.aabb_max.begin(), 3, about.bounds + 3);
+  if (!segment) return kernels::shader::make_tables(view.as<kernels::PlanesField>(), about, memory);
+  const auto field = view.as<kernels::SegmentField>();
+  if (const char* why = kernels::shader::unfit(field, memory))
+    refuse_object(asset, object, NIF_ERROR_NOT_AVAILABLE, why);
+  return kernels::shader::make_tables(field, about, memory);
+}
+
+/// Copies the words to where the caller wants them, if there is room.
+uint64_t hand_over(const std::pmr::vector<uint32_t>& words, uint32_t* to, uint64_t capacity) {
+  if (to == nullptr) return words.size();
+  if (capacity < words.size())
+    refuse_argument("words: there is room for " + std::to_string(capacity) + " words, but the tables have " +
+                    std::to_string(words.size()));
+  std::copy(words.begin(), words.end(), to);
+  return words.size();
+}
+
+/// The asset that has an object of the scene.
+const NifAssetObject& asset_of(const NifSceneObject& scene, uint32_t object) {
+  for (const HeldAsset& held : scene.assets)
+    if (object >= held.first_object && object - held.first_object < held.asset->view.objects.size())
+      return *held.asset.get();
+  throw std::logic_error("an object of the scene has no asset");
+}
+
+void put_floats(uint32_t* to, const float* from, size_t count) {
+  for (size_t i = 0; i < count; ++i) to[i] = kernels::bits_as<uint32_t>(from[i]);
+}
+
+}  // namespace
+
+uint64_t write_shader_tables(const NifAssetObject& asset, uint32_t object, uint32_t* to, uint64_t capacity) {
+  return hand_over(tables_of(asset, object), to, capacity);
+}
+
+uint64_t write_scene_shader_tables(const NifSceneObject& scene, uint32_t* to, uint64_t capacity) {
+  using namespace kernels::shader;
+  if (!scene.committed)
+    throw Failure(NIF_ERROR_INVALID_OPERATION, "the scene has changes that are not committed");
+  std::pmr::memory_resource* const memory = scene.device->memory();
+  std::pmr::vector<uint32_t> awake(memory);  // in the order of their numbers
+  for (uint32_t i = 0; i < scene.instances.size(); ++i)
+    if (scene.settings[i].awake()) awake.push_back(i);
+
+  std::pmr::vector<uint32_t> words(kSceneWords + kInstanceWords * awake.size(), 0u, memory);
+  words[kSceneMagicWord] = kSceneMagic;
+  words[kSceneVersionWord] = kVersion;
+  words[kSceneFlags] = scene.unproven ? 0u : uint32_t(kProves);
+  words[kInstanceCount] = uint32_t(awake.size());
+  put_floats(&words[kSceneBounds], scene.bounds.min, 3);
+  put_floats(&words[kSceneBounds + 3], scene.bounds.max, 3);
+  std::pmr::vector<uint32_t> first_word(scene.objects.size(), 0u, memory);
+  for (size_t k = 0; k < awake.size(); ++k) {
+    const Instance& instance = scene.instances[awake[k]];
+    uint32_t& object = first_word[instance.object];
+    if (object == 0) {
+      object = uint32_t(words.size());
+      const auto tables = tables_of(asset_of(scene, instance.object), scene.objects[instance.object].number);
+      words.insert(words.end(), tables.begin(), tables.end());
+      if (words.size() >= kIdentityBit)
+        throw Failure(NIF_ERROR_NOT_AVAILABLE,
+                      "the scene's tables for shaders would have 2^29 words or more");
+    }
+    uint32_t* const to_instance = &words[kSceneWords + kInstanceWords * k];
+    put_floats(to_instance + kInverse, instance.to_object.inverse, 9);
+    put_floats(to_instance + kTranslation, instance.to_object.translation, 3);
+    put_floats(to_instance + kRemainder, instance.to_object.remainder, 3);
+    const kernels::WorldBox box =
+        instance.place == kNoBox ? empty_box() : scene.hierarchy.box(instance.place);
+    put_floats(to_instance + kWorldBox, box.min, 3);
+    put_floats(to_instance + kWorldBox + 3, box.max, 3);
+    to_instance[kObjectWord] = object | (instance.identity ? uint32_t(kIdentityBit) : 0u) |
+                               (instance.well_conditioned ? uint32_t(kWellConditionedBit) : 0u) |
+                               (instance.unproven ? uint32_t(kUnprovenBit) : 0u);
+    to_instance[kMask] = instance.mask;
+    to_instance[kNumber] = awake[k];
+  }
+  words[kSceneWordCount] = uint32_t(words.size());
+  return hand_over(words, to, capacity);
+}
+
+}  // namespace nif::runtime

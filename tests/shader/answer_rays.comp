@@ -1,0 +1,40 @@
+// Answers rays by kernels/shader/nif.glsl, for tests. Buffer 0: tables of an object, at the word that the first word
+// of buffer 1 names. Buffer 1: then a mask, the number of rays, a word of nothing, and the rays, 8 floats each as in NifRay. Buffer 2: 8 words
+// a ray. With NIF_TEST_PROVE it asks the planes alone, with NIF_TEST_SCENE a scene.
+#version 450
+#extension GL_GOOGLE_include_directive : require
+#include "kernels/shader/nif.glsl"
+
+layout(local_size_x = 64) in;
+layout(std430, set = 0, binding = 1) readonly buffer Rays {
+  uint object;
+  uint mask;
+  uint count;
+  uint unused;
+  vec4 rays[];
+};
+layout(std430, set = 0, binding = 2) writeonly buffer Answers {
+  uvec4 answers[];
+};
+
+void main() {
+  uint i = gl_GlobalInvocationID.x;
+  if (i >= count) {
+    return;
+  }
+  vec4 start = rays[2u * i];
+  vec4 way = rays[2u * i + 1u];
+#if defined(NIF_TEST_SCENE) && defined(NIF_TEST_PROVE)
+  NifAnswer answer = nif_prove_scene(object, start.xyz, way.xyz, start.w, way.w, mask);
+#elif defined(NIF_TEST_SCENE)
+  NifAnswer answer = nif_query_scene(object, start.xyz, way.xyz, start.w, way.w, mask);
+#elif defined(NIF_TEST_PROVE)
+  NifAnswer answer = nif_prove(object, start.xyz, way.xyz, start.w, way.w);
+#else
+  NifAnswer answer = nif_query(object, start.xyz, way.xyz, start.w, way.w);
+#endif
+  answers[2u * i] = uvec4(answer.visible ? 1u : 0u, answer.certain ? 1u : 0u, uint(answer.logit),
+                          floatBitsToUint(answer.probability));
+  answers[2u * i + 1u] = uvec4(floatBitsToUint(answer.open_begin), floatBitsToUint(answer.open_end),
+                               answer.instance, 0u);
+}
