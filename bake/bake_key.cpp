@@ -48,9 +48,9 @@ BakeKey key_of(const mesh::Scene& scene, const BakeOptions& options, std::string
       "max-error "
       "{} open-rays {} effort {} rays {} scale {} resolution {}",
       options.encoding, name_of(options.preset), options.seed, options.strict, options.uncoded,
-      options.source_triangles, options.deforms, options.colors, shown(options.max_bytes), shown(options.max_error),
-      options.open_rays, shown(options.effort), options.evaluation_rays, options.scale,
-      shown(options.resolution));
+      options.source_triangles, options.deforms, options.colors, shown(options.max_bytes),
+      shown(options.max_error), options.open_rays, shown(options.effort), options.evaluation_rays,
+      options.scale, shown(options.resolution));
   if (options.prefer) text += fmt::format(" prefer {}", name_of(*options.prefer));
   if (options.error_limit)
     text +=

@@ -6,6 +6,7 @@
 
 #include "formats/base/status.hpp"
 #include "formats/mesh/gltf/gltf_writer.hpp"
+#include "tests/cli/mesh_text.hpp"
 #include "tests/cli/program.hpp"
 #include "tests/format/damaged.hpp"
 #include "tests/support/test_shapes.hpp"

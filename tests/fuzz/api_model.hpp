@@ -24,8 +24,13 @@ inline const std::vector<File>& files() {
     std::vector<File> made;
     for (const Options& options :
          {Options{.objects = 1, .instances = 2, .max_voxels = 6, .features = 2},
-          Options{
-              .objects = 0, .instances = 3, .max_voxels = 6, .bvhs = 2, .sources = 1, .translations = true},
+          Options{.objects = 0,
+          .instances = 3,
+          .max_voxels = 6,
+          .bvhs = 2,
+          .skins = 1,
+          .sources = 1,
+          .translations = true},
           Options{.objects = 0, .instances = 1, .max_voxels = 6, .exacts = 1, .colors = 1},
           Options{.objects = 0, .instances = 0, .max_voxels = 6, .proofs = 2},
           Options{.objects = 0, .instances = 1, .max_voxels = 6, .sphericals = 1, .primaries = 1},

@@ -90,6 +90,9 @@ class Session : Drawn {
         return retain();
       case 17:
         return load_damaged();
+      case 18:
+      case 19:
+        return bend();
       case 22:
       case 23:
       case 24:
@@ -259,6 +262,40 @@ class Session : Drawn {
     if (!scene.alive()) return must_be_dead(error);
     if (!scene.has(instance) || !is_finite(transform)) must(error != NIF_OK);
     must_be_placed(error);
+    if (error == NIF_OK) scene.committed = false;
+  }
+
+  /// By vertices or by a pose, which may be anything.
+  void bend() {
+    SceneSlot& scene = pick(scenes_);
+    const uint32_t instance = any_instance(scene);
+    const NifInstanceInfo about = instance_info(scene, instance);
+    NifObjectInfo object{};
+    object.struct_size = sizeof(object);
+    if (about.asset != nullptr) must(nifGetObjectInfo(about.asset, about.object, &object) == NIF_OK);
+    NifError error;
+    bool fine = scene.has(instance);
+    if (choices_.below(2)) {
+      std::vector<float> positions(3 * (object.vertices + 1));
+      for (float& x : positions) x = matrix()[0];
+      error =
+          nifSetInstanceVertices(scene.handle, instance, choices_.below(4) ? positions.data() : nullptr, 12);
+    } else {
+      std::vector<std::array<float, 12>> joints(object.joints + choices_.below(2));
+      for (auto& joint : joints) joint = matrix();
+      std::vector<float> weights(object.targets);
+      for (float& weight : weights) weight = matrix()[1];
+      NifPose pose{};
+      pose.struct_size = sizeof(pose);
+      pose.joints = joints.empty() ? nullptr : joints[0].data();
+      pose.joint_count = uint32_t(joints.size());
+      pose.weights = weights.data();
+      pose.target_count = uint32_t(weights.size());
+      error = nifPoseInstance(scene.handle, instance, &pose);
+      fine = fine && joints.size() == object.joints;
+    }
+    if (!scene.alive()) return must_be_dead(error);
+    if (!fine) must(error != NIF_OK);
     if (error == NIF_OK) scene.committed = false;
   }
 

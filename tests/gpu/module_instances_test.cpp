@@ -282,6 +282,42 @@ TEST_P(GpuInstances, RemovedOnes) {
 
 /// Each kind of object, left as the sole instance under a number other than 0: by removal, by flags, by a
 /// mask of 0.
+/// Each commit copies what has bent; what removed instances had goes.
+TEST_P(GpuInstances, ThatBend) {
+  TwinScenes twins(config());
+  Random random(21);
+  const format::Asset bending =
+      random_asset(21, {.objects = 1, .instances = 0, .bvhs = 2, .skins = 2, .sources = 2});
+  const uint32_t asset = twins.load(bending);
+  for (uint32_t i = 0; i < 8; ++i) twins.add(asset, 1 + i % 2, random_transform(random, 4));
+  twins.add(asset, 0, kIdentity);
+  twins.commit();
+  const std::vector<NifRay> rays = some_rays(22);
+  expect_twins(twins, rays);
+  size_t hits = 0;
+  for (int round = 0; round < 4; ++round) {
+    for (uint32_t i = 0; i < 8; ++i) {
+      if ((round == 3 && i == 2) || random.below(3) == 0) continue;
+      const format::Object& object = bending.objects[1 + i % 2];
+      std::vector<std::array<float, 3>> positions(object.skin->vertex_count);
+      for (size_t v = 0; v < object.triangles->vertices.size(); ++v)  // each vertex is one of the source
+        for (size_t a = 0; a < 3; ++a)
+          positions[v][a] = object.triangles->vertices[v][a] + random.between(-0.2f, 0.2f);
+      const bool rests = random.below(4) == 0;
+      twins.both([&](nifkit::Scene& scene) {
+        if (rests)
+          scene.set_instance_vertices(i, {});
+        else
+          scene.set_instance_vertices(i, positions);
+      });
+    }
+    if (round == 2) twins.both([&](nifkit::Scene& scene) { scene.remove_instance(2); });
+    twins.commit();
+    hits += hits_of(expect_twins(twins, rays));
+  }
+  EXPECT_GT(hits, 100u);
+}
+
 TEST_P(GpuInstances, TheLastOne) {
   const format::Asset asset = random_asset(11, kObjectsOfAllKinds);
   const std::vector<NifRay> rays = some_rays(12, 600);

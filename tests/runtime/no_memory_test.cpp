@@ -132,6 +132,22 @@ class Everything {
     call([&] { return nifSetSceneOrigin(scene, kOrigin); });
     call([&] { return nifSetInstanceOrigin(scene, instance, kOrigin); });
     call([&] { return nifSetInstanceTransforms(scene, 1, &instance, kIdentity.data(), 0); });
+    call([&] { return nifGetObjectInfo(assets[0], asset_info.object_count - 1, &object); });
+    uint32_t bending = 0;
+    call([&] {
+      return nifAddInstance(scene, assets[0], asset_info.object_count - 1, kIdentity.data(), &bending);
+    });
+    const std::vector<float> vertices(3 * size_t{object.vertices});
+    call([&] { return nifSetInstanceVertices(scene, bending, vertices.data(), 12); });
+    const std::vector<float> joints(12 * size_t{object.joints}, 0.5f), weights(object.targets);
+    auto pose = nifkit::sized<NifPose>();
+    pose.joints = joints.data();
+    pose.joint_count = object.joints;
+    pose.weights = weights.data();
+    pose.target_count = object.targets;
+    call([&] { return nifPoseInstance(scene, bending, &pose); });
+    call([&] { return nifCommitScene(scene); });
+    call([&] { return nifRemoveInstance(scene, bending); });
     call([&] { return nifSetInstanceMask(scene, instance, 0); });
     call([&] { return nifSetInstanceUser(scene, instance, 1); });
     call([&] { return nifCommitScene(scene); });
@@ -210,7 +226,8 @@ class Everything {
 
 TEST(NoMemoryInTheRuntime, EveryCallSaysSoAndTheNextWorks) {
   const TempDir folder;
-  const std::vector<std::byte> encoded = format::encode(random_asset(5, {.features = 2}));
+  const std::vector<std::byte> encoded =
+      format::encode(random_asset(5, {.bvhs = 1, .features = 2, .skins = 1}));
   struct alignas(64) Line {
     std::byte bytes[64];
   };

@@ -57,7 +57,7 @@ class ThreadResources : public RuntimeTest, public testing::WithParamInterface<c
     const NifError error = nifNewDevice(GetParam(), nullptr, &device_);
     if (error == NIF_ERROR_NOT_AVAILABLE) GTEST_SKIP() << nifGetErrorMessage();
     ASSERT_EQ(error, NIF_OK);
-    const format::AssetView& view = make(1, {.objects = 2, .instances = 0, .bvhs = 1});
+    const format::AssetView& view = make(1, {.objects = 2, .instances = 0, .bvhs = 1, .skins = 1});
     const NifAsset asset = load();
     scene_of(asset, 0);
     scene_of(asset, 2);
@@ -131,6 +131,20 @@ TEST_P(ThreadResources, NothingIsAllocated) {
   auto object_info = nifkit::sized<NifObjectInfo>();
   auto part_info = nifkit::sized<NifPartInfo>();
   uint32_t done = 0;
+  // The first pose of an instance allocates.
+  check(nifGetObjectInfo(assets_[0], 2, &object_info));
+  std::vector<float> vertices(3 * size_t{object_info.vertices}, 0.5f),
+      joints(12 * size_t{object_info.joints});
+  for (size_t i = 0; i < joints.size(); ++i) joints[i] = i % 12 % 5 == 0;
+  const std::vector<float> weights(object_info.targets);
+  auto pose = nifkit::sized<NifPose>();
+  pose.joints = joints.data();
+  pose.joint_count = object_info.joints;
+  pose.weights = weights.data();
+  pose.target_count = object_info.targets;
+  check(nifSetInstanceVertices(scenes_[1], 0, vertices.data(), 12));
+  check(nifPoseInstance(scenes_[1], 0, &pose));
+  check(nifCommitScene(scenes_[1]));
 
   const int64_t before = allocations;
   ask(*this, answers, scratch, bytes);
@@ -145,6 +159,9 @@ TEST_P(ThreadResources, NothingIsAllocated) {
   check(nifGetPartInfo(assets_[0], 1, &part_info));
   check(nifGetSceneInfo(scenes_[0], &scene_info));
   check(nifSetInstanceTransform(scenes_[2], 3, nullptr));
+  check(nifSetInstanceVertices(scenes_[1], 0, vertices.data(), 12));
+  check(nifPoseInstance(scenes_[1], 0, &pose));
+  check(nifCommitScene(scenes_[1]));
   nifGetErrorName(NIF_ERROR_CANCELLED);
   nifGetErrorMessage();
   const int64_t during = allocations - before;

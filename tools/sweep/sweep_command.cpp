@@ -57,8 +57,8 @@ SweepPoint bake_at(double scale, const Arguments& arguments, const mesh::Scene& 
   return point;
 }
 
-nlohmann::ordered_json to_json(const Arguments& arguments, uint64_t triangles,
-                               const std::vector<SweepPoint>& points) {
+nlohmann::ordered_json json_of_sweep(const Arguments& arguments, uint64_t triangles,
+                                     const std::vector<SweepPoint>& points) {
   nlohmann::ordered_json json{{"schema", kSchema},
                               {"mesh", std::filesystem::path(arguments.mesh).filename().string()},
                               {"triangles", triangles},
@@ -141,7 +141,7 @@ void run(const Arguments& arguments) {
       points.back().speeds = measure(options, silent).runs.front().sets;
     }
     // Saves the results so far, in case the rest is cancelled.
-    const std::string json = to_json(arguments, triangles, points).dump(2) + "\n";
+    const std::string json = json_of_sweep(arguments, triangles, points).dump(2) + "\n";
     write_output(in_folder("sweep.json"), std::as_bytes(std::span(json)));
   }
   const std::string title =
@@ -151,7 +151,7 @@ void run(const Arguments& arguments) {
   write_output(in_folder("sweep.svg"), std::as_bytes(std::span(plot)));
   progress.finish();
   if (arguments.json)
-    write_json(to_json(arguments, triangles, points));
+    write_json(json_of_sweep(arguments, triangles, points));
   else if (!arguments.quiet)
     print(points);
 }

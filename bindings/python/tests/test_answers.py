@@ -378,3 +378,40 @@ def test_cancel(networks):
             cancelled += 1
         assert job.done()
     assert cancelled or networks.device.threads == 1
+
+
+def test_instances_bend():
+    """Vertices and poses change what rays meet; the pose at rest changes nothing."""
+    with nifkit.load(golden("bending")) as asset, nifkit.Scene(device=asset.device) as scene:
+        bending = [number for number, item in enumerate(asset.objects) if item.joints]
+        stiff = [number for number, item in enumerate(asset.objects) if not item.vertices]
+        about = asset.objects[bending[0]]
+        instance = scene.add_instance(asset, bending[0])
+        other = scene.add_instance(asset, stiff[0])
+        scene.set_instance_mask(other, 0)
+        scene.commit()
+        origins, directions = some_rays(scene, 2000)
+        rest = scene.intersect(origins, directions).t
+        moves = np.tile(np.eye(3, 4, dtype=np.float32), (about.joints, 1, 1))
+        scene.pose_instance(instance, moves, np.zeros(about.targets))
+        scene.commit()
+        # Weights need not add up to 1 exactly.
+        assert np.isclose(scene.intersect(origins, directions).t, rest, rtol=1e-4).mean() > 0.95
+        moves[:, :, 3] = 1000
+        scene.pose_instance(instance, moves)
+        scene.commit()
+        assert scene.visible(origins, directions).all()
+        scene.set_instance_vertices(instance, np.zeros((about.vertices, 3)))
+        scene.commit()
+        assert scene.visible(origins, directions).all()
+        scene.set_instance_vertices(instance, None)
+        scene.commit()
+        assert (scene.intersect(origins, directions).t == rest).all()
+        with pytest.raises(ValueError, match="vertices are needed"):
+            scene.set_instance_vertices(instance, np.zeros((3, 3)))
+        with pytest.raises(ValueError, match="shape"):
+            scene.set_instance_vertices(instance, np.zeros(3))
+        with pytest.raises(nifkit.Error, match="joints"):
+            scene.pose_instance(instance, moves[1:])
+        with pytest.raises(nifkit.Error, match="--deforms"):
+            scene.pose_instance(other, moves)

@@ -469,8 +469,8 @@ NIF_API NifError nifSetInstanceUser(NifScene scene, uint32_t instance, uint64_t 
  * the instance keeps the vertices that it had. An object that was not baked with --deforms gives
  * NIF_ERROR_INVALID_OPERATION.
  *
- * The first such call for an instance allocates its tree: about 100 bytes a triangle. Later ones, and the commits
- * after them, allocate nothing, except with a GPU, to which the commit copies the instance. */
+ * The first such call for an instance allocates its tree: about 100 bytes a triangle. Later ones, and the
+ * commits after them, allocate nothing, unless the hierarchy is rebuilt (nifCommitScene) or a GPU gets a copy. */
 NIF_API NifError nifSetInstanceVertices(NifScene scene, uint32_t instance, const float* positions,
                                         uint64_t stride);
 
