@@ -44,7 +44,8 @@ uint32_t checksum_of(const mesh::Scene& scene) {
 BakeKey key_of(const mesh::Scene& scene, const BakeOptions& options, std::string_view inputs) {
   const SphericalBakeOptions& spherical = options.spherical;
   std::string text = fmt::format(
-      "encoding {} preset {} seed {} strict {} uncoded {} source-triangles {} colors {} max-bytes {} "
+      "encoding {} preset {} seed {} strict {} uncoded {} source-triangles {} deforms {} colors {} max-bytes "
+      "{} "
       "max-error "
       "{} open-rays {} effort {} rays {} scale {} resolution {}",
       options.encoding, name_of(options.preset), options.seed, options.strict, options.uncoded,

@@ -102,7 +102,7 @@ void lay_out(Arena& arena, const GpuSceneView& view, GpuScene& scene) {
     const DeviceObject& object = view.objects[i].asset->objects[view.objects[i].object];
     objects.push_back(&object);
     placed.push_back(object.object);
-    placed.back().number = view.objects[i].object;
+    placed.back().number = view.objects[i].number;
     words = std::max(words, object.row_words);
     scene.kinds |= object.object.kind;
   }

@@ -63,7 +63,7 @@ class Gpu {
     kernels::PlacedInstance instance{};
     instance.identity = 1;
     instance.mask = 0xffffffffu;
-    const GpuPlacedObject placed{asset_, 0};
+    const GpuPlacedObject placed{asset_, 0, 0};
     const GpuSceneView scene{nullptr, &instance, nullptr, &placed, 0, 1, 1, 0};
     must_succeed(module_.upload_scene(device_, &scene, &scene_, &message_), message_);
   }

@@ -53,7 +53,7 @@ class ObjectOnGpu {
     kernels::PlacedInstance instance{};
     instance.identity = 1;
     instance.mask = 0xffffffffu;
-    const runtime::GpuPlacedObject placed{asset_, 0};
+    const runtime::GpuPlacedObject placed{asset_, 0, 0};
     const runtime::GpuSceneView scene{nullptr, &instance, nullptr, &placed, 0, 1, 1, 0};
     check(module_.upload_scene(device_, &scene, &scene_, &message));
   }

@@ -189,6 +189,7 @@ TEST_P(AssetInformation, HasPartsThatAddUp) {
                                  .primaries = 1,
                                  .features = GetParam(),
                                  .colors = 1,
+                                 .skins = 1,
                                  .sources = 1};
       options.numbers = true;
       options.coded = coded;

@@ -527,8 +527,8 @@ typedef struct NifSceneInfo {
    * little larger than the objects' bounds: their grids plus 1/8 voxel. min > max: nothing can block. */
   float bounds_min[3];
   float bounds_max[3];
-  /* Memory of the scene without its assets: after a commit at most 256 bytes per instance, and a few per
-   * object. */
+  /* Memory of the scene without its assets: after a commit at most 256 bytes per instance, a few per object,
+   * and what instances that bend have of their own. */
   uint64_t resident_bytes;
   double origin[3];
   uint32_t committed; /* 1: no changes since the last commit; 0: changed, or never committed */

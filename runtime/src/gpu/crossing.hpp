@@ -27,7 +27,8 @@ constexpr uint64_t gpu_layout() {
                                   &GpuDescription::driver, &GpuDescription::memory, &GpuDescription::place,
                                   &GpuDescription::trouble});
   hash.structure<GpuSettings>({&GpuSettings::way, &GpuSettings::half});
-  hash.structure<GpuPlacedObject>({&GpuPlacedObject::asset, &GpuPlacedObject::object});
+  hash.structure<GpuPlacedObject>(
+      {&GpuPlacedObject::asset, &GpuPlacedObject::object, &GpuPlacedObject::number});
   hash.structure<GpuSceneView>({&GpuSceneView::nodes, &GpuSceneView::instances, &GpuSceneView::users,
                                 &GpuSceneView::objects, &GpuSceneView::node_count,
                                 &GpuSceneView::instance_count, &GpuSceneView::object_count,

@@ -82,7 +82,7 @@ void Gpu::upload(NifSceneObject& scene) {
   std::pmr::vector<GpuPlacedObject> objects(scene.objects.size(), memory);
   for (const HeldAsset& held : scene.assets)
     for (uint32_t i = 0; i < held.asset->view.objects.size(); ++i)
-      objects[held.first_object + i] = {held.asset->on_gpu, i};
+      objects[held.first_object + i] = {held.asset->on_gpu, i, i};
   // Queries that are under way may read what bent instances had until now.
   struct Bent {
     Gpu& gpu;
@@ -106,7 +106,7 @@ void Gpu::upload(NifSceneObject& scene) {
           module_.upload_asset(device_, &field, &object.details, 1, &moved, &bytes, &message), message);
     if (one.own->on_gpu) bent.old.push_back(one.own->on_gpu);
     one.own->on_gpu = moved;
-    objects[one.object] = {moved, 0};
+    objects[one.object] = {moved, 0, object.number};
   }
   const std::span<const Node> nodes = scene.hierarchy.nodes();
   std::pmr::vector<uint64_t> users(memory);

@@ -35,6 +35,13 @@ const nif::runtime::BendingObject& NifAssetObject::bending(uint32_t object) {
   return bending_.try_emplace(object, view, object, device->memory()).first->second;
 }
 
+uint64_t NifAssetObject::bending_bytes() const {
+  const std::lock_guard lock(bending_made_);
+  uint64_t sum = 0;
+  for (const auto& [object, bending] : bending_) sum += sizeof(bending) + bending.bytes();
+  return sum;
+}
+
 namespace nif::runtime {
 
 namespace {
@@ -150,7 +157,8 @@ class Parts {
     add("traversal_words", 0, built.traversal_words);
     add("corner_bricks", 0, built.corner_bricks);
     add("decoded_triangles", 0, built.decoded_triangles);
-    add("views", 0, sizeof(NifAssetObject) + asset.name.capacity() + view.view_bytes() + kernels);
+    add("views", 0,
+        sizeof(NifAssetObject) + asset.name.capacity() + view.view_bytes() + kernels + asset.bending_bytes());
   }
 
   std::span<const NifPartInfo> all() const { return {parts_.data(), count_}; }

@@ -61,6 +61,7 @@ struct NifAssetObject : nif::runtime::Object {
   std::array<uint64_t, nif::format::FileParts::kMost> file_parts;
   /// What instances of an object share that bend: made for the first one. Thread-safe.
   const nif::runtime::BendingObject& bending(uint32_t object);
+  uint64_t bending_bytes() const;
 
   nif::runtime::GpuAsset* on_gpu = nullptr;  ///< set once a scene with the asset was committed
   std::atomic<uint64_t> gpu_bytes = 0;
@@ -68,7 +69,7 @@ struct NifAssetObject : nif::runtime::Object {
  private:
   void drop_bytes();
 
-  std::mutex bending_made_;
+  mutable std::mutex bending_made_;
   std::pmr::map<uint32_t, nif::runtime::BendingObject> bending_;
 };
 
