@@ -62,8 +62,11 @@ class ClipBench {
       for (size_t f = 0; f < frames_.count(); ++f) measure_frame(f);
     });
     const auto frames = double(frames_.count());
-    for (double* sum : {&result_.pose, &result_.commit, &result_.embree_refit, &result_.embree_rebuild})
-      *sum /= frames;
+    for (ClipBenchResult::Times* sum :
+         {&result_.pose, &result_.commit, &result_.embree_refit, &result_.embree_rebuild}) {
+      sum->median /= frames;
+      sum->first /= frames;
+    }
     auto info = nifkit::sized<NifSceneInfo>();
     check(nifGetSceneInfo(scene_.handle, &info));
     result_.scene_bytes = info.resident_bytes;
@@ -78,23 +81,35 @@ class ClipBench {
     if (cancel) throw Error(Status::interrupted, "the measurement was cancelled");
     progress_.update(double(frame) / double(frames_.count()), "measuring " + frames_.name(frame));
     const ClipFrames::Pose pose = frames_.at(frame);
-    result_.pose += seconds_of([&] { pose_instances(scene_.handle, 0, pose); });
-    result_.commit += seconds_of([&] { check(nifCommitScene(scene_.handle)); });
     const mesh::Mesh mesh = frames_.mesh(pose);
     if (!refitted_ || mesh.positions.size() != vertices_) {
       refitted_.emplace(mesh, bake::EmbreeBuild::refitted);
       rebuilt_.emplace(mesh, bake::EmbreeBuild::standard);
       vertices_ = mesh.positions.size();
     }
-    for (auto [scene, sum] :
-         {std::pair{&*refitted_, &result_.embree_refit}, {&*rebuilt_, &result_.embree_rebuild}})
-      *sum += seconds_of([&] {
-        scene->move_vertices(mesh.positions);
-        scene->commit();
-      });
+    std::vector<double> pose_times, commit_times, refit_times, rebuild_times;
+    for (uint32_t round = 0; round < options_.rounds; ++round) {
+      pose_times.push_back(seconds_of([&] { pose_instances(scene_.handle, 0, pose); }));
+      commit_times.push_back(seconds_of([&] { check(nifCommitScene(scene_.handle)); }));
+      for (auto [scene, times] : {std::pair{&*refitted_, &refit_times}, {&*rebuilt_, &rebuild_times}})
+        times->push_back(seconds_of([&] {
+          scene->move_vertices(mesh.positions);
+          scene->commit();
+        }));
+    }
+    add(pose_times, result_.pose);
+    add(commit_times, result_.commit);
+    add(refit_times, result_.embree_refit);
+    add(rebuild_times, result_.embree_rebuild);
     const bake::Prepared prepared = bake::prepare(mesh);
     const bake::GroundTruth truth(prepared);
     for (ClipSpeeds& speeds : result_.sets) measure_set(frame, truth.source(), speeds);
+  }
+
+  static void add(std::vector<double>& times, ClipBenchResult::Times& sum) {
+    sum.first += times[0];
+    std::nth_element(times.begin(), times.begin() + ptrdiff_t(times.size() / 2), times.end());
+    sum.median += times[times.size() / 2];
   }
 
   void measure_set(size_t frame, const bake::RaySource& source, ClipSpeeds& speeds) {
@@ -143,6 +158,14 @@ ClipBenchResult measure_clip(const ClipBenchOptions& options, Progress& progress
   return ClipBench(options, progress).run();
 }
 
+namespace {
+
+nlohmann::ordered_json json_of(const ClipBenchResult::Times& times) {
+  return {{"median", times.median}, {"first", times.first}};
+}
+
+}  // namespace
+
 nlohmann::ordered_json to_json(const ClipBenchOptions& options, const ClipBenchResult& result) {
   nlohmann::ordered_json sets = nlohmann::ordered_json::object();
   for (const ClipSpeeds& own : result.sets) {
@@ -173,10 +196,10 @@ nlohmann::ordered_json to_json(const ClipBenchOptions& options, const ClipBenchR
             {"scene", result.scene_bytes},
             {"embree_refitted", result.embree_bytes}}},
           {"seconds",
-           {{"pose", result.pose},
-            {"commit", result.commit},
-            {"embree_refit", result.embree_refit},
-            {"embree_rebuild", result.embree_rebuild}}},
+           {{"pose", json_of(result.pose)},
+            {"commit", json_of(result.commit)},
+            {"embree_refit", json_of(result.embree_refit)},
+            {"embree_rebuild", json_of(result.embree_rebuild)}}},
           {"sets", std::move(sets)}};
 }
 
@@ -186,10 +209,13 @@ std::string clip_bench_tables(const ClipBenchOptions& options, const ClipBenchRe
       count_of(result.triangles, "triangle"), result.bending, count_of(result.frames, "frame"),
       options.clip == kAllClips ? "all clips" : "'" + options.clip + "'", result.isa, result.embree);
   const double all = double(std::max<uint64_t>(result.triangles, 1));
-  text += fmt::format("a frame, microseconds   pose {:.1f}, commit {:.1f}: {:.1f} ns a triangle\n",
-                      1e6 * result.pose, 1e6 * result.commit, 1e9 * (result.pose + result.commit) / all);
-  text += fmt::format("                        Embree: refit {:.1f}, rebuild {:.1f}\n",
-                      1e6 * result.embree_refit, 1e6 * result.embree_rebuild);
+  const auto us = [](const ClipBenchResult::Times& times) {
+    return fmt::format("{:.1f} (first {:.1f})", 1e6 * times.median, 1e6 * times.first);
+  };
+  text += fmt::format("a frame, microseconds   pose {}, commit {}: {:.1f} ns a triangle\n", us(result.pose),
+                      us(result.commit), 1e9 * (result.pose.median + result.commit.median) / all);
+  text += fmt::format("                        Embree: refit {}, rebuild {}\n", us(result.embree_refit),
+                      us(result.embree_rebuild));
   text += fmt::format("memory                  {} posed, and {} of the asset; Embree {}\n\n",
                       format_bytes(double(result.scene_bytes)), format_bytes(double(result.asset_bytes)),
                       format_bytes(double(result.embree_bytes)));

@@ -37,8 +37,11 @@ struct ClipBenchResult {
   uint64_t triangles = 0, bending = 0;  ///< placed; of these, those that bend
   size_t frames = 0;
   std::vector<ClipSpeeds> sets;
-  // Mean seconds a frame.
-  double pose = 0, commit = 0, embree_refit = 0, embree_rebuild = 0;
+  /// Mean seconds a frame: the median of the rounds; and the first round, which finds its memory out of the caches.
+  struct Times {
+    double median = 0, first = 0;
+  };
+  Times pose, commit, embree_refit, embree_rebuild;
   uint64_t scene_bytes = 0, asset_bytes = 0;  ///< in memory: of the posed scene; of its asset
   uint64_t embree_bytes = 0;                  ///< the refitted tree, with vertices and indices
 };
