@@ -3,7 +3,7 @@
 #
 #   bindings/web/build.sh
 #
-# What a page downloads, one build and its JavaScript, must not be more than 163,000 bytes compressed by gzip; it ends with 1 if it is.
+# What a page downloads, one build and its JavaScript, must not be more than 165,000 bytes compressed by gzip; it ends with 1 if it is.
 set -euo pipefail
 if (($#)); then
   sed -n '2,/^set /{/^set /d;s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"
@@ -51,7 +51,7 @@ status=0
 for wasm in "$package"/*.wasm; do
   build=${wasm%.wasm}
   bytes=$(for file in "$wasm" "$build".mjs "$package"/*.js; do [[ $file == */worker.js ]] || gzip -9nc "$file" | wc -c; done | paste -sd + | bc)
-  printf '%-22s %6d bytes of %6d, compressed with its JavaScript\n' "$(basename "$build")" "$bytes" 163000
-  ((bytes <= 163000)) || status=1
+  printf '%-22s %6d bytes of %6d, compressed with its JavaScript\n' "$(basename "$build")" "$bytes" 165000
+  ((bytes <= 165000)) || status=1
 done
 exit $status

@@ -47,7 +47,12 @@ void intersect_bvh(const BvhTree& tree, const SegmentBatch& batch, const float* 
 }
 
 constexpr SimdFunctions<BvhTree> kBvhFunctions = {
-    .answer = answer_bvh, .intersect = intersect_bvh, .move = move_bvh};
+    .answer = answer_bvh,
+    .intersect = intersect_bvh,
+#ifndef NIF_WITHOUT_BENDING  // for WebAssembly, where every byte is downloaded
+    .move = move_bvh,
+#endif
+};
 
 }  // namespace nif::kernels::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

@@ -253,12 +253,14 @@ uint32_t find_sole(const NifSceneObject& scene) {
 }
 
 /// Refits the instances that have bent.
-void commit_bent(NifSceneObject& scene) {
+void commit_bent([[maybe_unused]] NifSceneObject& scene) {
+#ifndef NIF_WITHOUT_BENDING
   for (const BentInstance& bent : scene.bent) {
     if (bent.instance == kernels::kNoInstance || !bent.own->refit()) continue;
     scene.objects[bent.object].reach_scale = kernels::reach_scale(kernels::AnyField(bent.own->field()));
     change(scene, bent.instance, scene.settings[bent.instance]);
   }
+#endif
 }
 
 /// Does a commit, except for the GPU.
