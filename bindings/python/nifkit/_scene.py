@@ -184,10 +184,10 @@ class Scene(Handle):
         """
         matrices = _matrices(joints, "transforms")
         shares = None if weights is None else _rows(weights, "weights", 0)
-        pose = NifPose(
-            joints=_address(matrices), joint_count=len(matrices),
-            weights=_address(shares), target_count=0 if shares is None else len(shares),
-        )  # fmt: skip
+        pose = NifPose()
+        pose.joints, pose.joint_count = _address(matrices), len(matrices)
+        if shares is not None:
+            pose.weights, pose.target_count = _address(shares), len(shares)
         with self._using(change=True) as scene:
             check(lib.nifPoseInstance(scene, _number("instance", instance), ctypes.byref(pose)))
 
