@@ -99,7 +99,9 @@ void lay_out(Arena& arena, const GpuSceneView& view, GpuScene& scene) {
   uint32_t words = 1;
   scene.kinds = 0;
   for (uint64_t i = 0; i < view.object_count; ++i) {
-    const DeviceObject& object = view.objects[i].asset->objects[view.objects[i].object];
+    static const DeviceObject kNothing{};
+    const GpuAsset* const asset = view.objects[i].asset;
+    const DeviceObject& object = asset ? asset->objects[view.objects[i].object] : kNothing;
     objects.push_back(&object);
     placed.push_back(object.object);
     placed.back().number = view.objects[i].number;

@@ -316,6 +316,15 @@ TEST_P(GpuInstances, ThatBend) {
     hits += hits_of(expect_twins(twins, rays));
   }
   EXPECT_GT(hits, 100u);
+  // Without any instance, and with one that bends again.
+  for (uint32_t i = 9; i-- > 0;)
+    if (i != 2) twins.both([&](nifkit::Scene& scene) { scene.remove_instance(i); });
+  twins.commit();
+  EXPECT_EQ(hits_of(expect_twins(twins, rays)), 0u);
+  twins.add(asset, 1, kIdentity);
+  twins.both([&](nifkit::Scene& scene) { scene.set_instance_vertices(0, {}); });
+  twins.commit();
+  expect_twins(twins, rays);
 }
 
 TEST_P(GpuInstances, TheLastOne) {

@@ -259,6 +259,13 @@ TEST_P(BendingTest, BadInput) {
   const std::vector<NifRay> rays = rays_at(soup, 1, 500);
   const Answers before = query_all(scene, rays);
 
+  const auto bytes = [&] {
+    auto info = nifkit::sized<NifSceneInfo>();
+    EXPECT_EQ(nifGetSceneInfo(scene, &info), NIF_OK);
+    return info.resident_bytes;
+  };
+  const uint64_t stiff_bytes = bytes();
+
   Positions odd = soup.positions;
   const uint32_t used = soup.triangles[0][1];
   for (const float value : {NAN, INFINITY, 1e30f}) {
@@ -267,6 +274,7 @@ TEST_P(BendingTest, BadInput) {
     EXPECT_NE(std::string(nifGetErrorMessage()).find("vertex " + std::to_string(used)), std::string::npos)
         << nifGetErrorMessage();
   }
+  EXPECT_LE(bytes(), stiff_bytes + 1000) << "a first call that fails keeps no tree";
   EXPECT_EQ(nifSetInstanceVertices(scene, 1, odd[0].data(), 12), NIF_ERROR_INVALID_ARGUMENT);
   EXPECT_EQ(nifSetInstanceVertices(stiff, 0, soup.positions[0].data(), 12), NIF_ERROR_INVALID_OPERATION);
   EXPECT_NE(std::string(nifGetErrorMessage()).find("--deforms"), std::string::npos) << nifGetErrorMessage();

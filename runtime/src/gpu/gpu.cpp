@@ -93,10 +93,7 @@ void Gpu::upload(NifSceneObject& scene) {
   } bent{*this, std::pmr::vector<GpuAsset*>(memory)};
   bent.old.reserve(scene.bent.size());
   for (const BentInstance& one : scene.bent) {
-    if (one.instance == kernels::kNoInstance) {
-      objects[one.object] = objects[one.source];
-      continue;
-    }
+    if (one.instance == kernels::kNoInstance) continue;  // no instance names it
     const PlacedObject& object = scene.objects[one.object];
     const kernels::AnyField field(*object.bent);
     GpuMessage message;

@@ -71,9 +71,9 @@ struct GpuJob;
 
 /// An object of a scene; its asset is on the device.
 struct GpuPlacedObject {
-  const GpuAsset* asset;
-  uint32_t object;  ///< of that asset
-  uint32_t number;  ///< what hits say: that of the object in its file
+  const GpuAsset* asset;  ///< null: no instance names this object
+  uint32_t object;        ///< of that asset
+  uint32_t number;        ///< what hits say: that of the object in its file
 };
 
 struct GpuSceneView {

@@ -441,7 +441,6 @@ namespace {
 
 /// The bent object of an instance, which is made at rest if it has none.
 BentObject& bend(NifSceneObject& scene, uint32_t instance) {
-  check_instance(scene, instance);
   if (const uint32_t known = scene.settings[instance].bent; known != kNotBent) return *scene.bent[known].own;
   const uint32_t source = scene.instances[instance].object;
   NifAssetObject* asset = nullptr;
@@ -492,18 +491,42 @@ void BentInstance::free(NifSceneObject& scene) {
   destroy(scene.device->memory(), std::exchange(own, nullptr));
 }
 
-void set_vertices(NifSceneObject& scene, uint32_t instance, const float* positions, uint64_t stride) {
-  BentObject& bent = bend(scene, instance);
-  if (positions != nullptr)
-    bent.set_vertices(positions, stride);
-  else
-    bent.rest();
+namespace {
+
+/// Calls change(bent object); if that fails, the instance is as it was.
+template <class Change>
+void change_bent(NifSceneObject& scene, uint32_t instance, const Change& change) {
+  check_instance(scene, instance);
+  const bool fresh = scene.settings[instance].bent == kNotBent;
+  try {
+    change(bend(scene, instance));
+  } catch (...) {
+    uint32_t& known = scene.settings[instance].bent;
+    if (fresh && known != kNotBent) {
+      BentInstance& bent = scene.bent[std::exchange(known, kNotBent)];
+      scene.instances[instance].object = bent.source & (kMaxPlacedObjects - 1);
+      scene.objects[bent.object] = {};
+      bent.instance = kernels::kNoInstance;
+      bent.free(scene);
+    }
+    throw;
+  }
   scene.committed = false;
 }
 
+}  // namespace
+
+void set_vertices(NifSceneObject& scene, uint32_t instance, const float* positions, uint64_t stride) {
+  change_bent(scene, instance, [&](BentObject& bent) {
+    if (positions != nullptr)
+      bent.set_vertices(positions, stride);
+    else
+      bent.rest();
+  });
+}
+
 void pose(NifSceneObject& scene, uint32_t instance, const NifPose& pose) {
-  bend(scene, instance).pose(pose);
-  scene.committed = false;
+  change_bent(scene, instance, [&](BentObject& bent) { bent.pose(pose); });
 }
 
 NifInstanceInfo describe_instance(const NifSceneObject& scene, uint32_t instance) {
