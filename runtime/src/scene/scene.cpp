@@ -10,6 +10,12 @@
 #include "api/error.hpp"
 
 namespace nif::runtime {
+
+uint32_t asset_object(const NifSceneObject& scene, size_t instance) {
+  const uint32_t bent = scene.settings[instance].bent;
+  return bent == kNotBent ? scene.instances[instance].object : scene.bent[bent].source;
+}
+
 namespace {
 
 Transform read_transform(const float* transform) {
@@ -191,12 +197,6 @@ void move_instances(NifSceneObject& scene) {
     set_box(scene, i, scene.settings[i].awake() ? placed[i].box : empty_box());
   }
   scene.moved = false;
-}
-
-/// The object of an instance's asset.
-uint32_t asset_object(const NifSceneObject& scene, size_t instance) {
-  const uint32_t bent = scene.settings[instance].bent;
-  return bent == kNotBent ? scene.instances[instance].object : scene.bent[bent].source;
 }
 
 /// Releases assets that no instance uses any more.

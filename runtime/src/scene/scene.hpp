@@ -100,6 +100,8 @@ void set_user(NifSceneObject& scene, uint32_t instance, uint64_t user);
 /// Null positions: at rest.
 void set_vertices(NifSceneObject& scene, uint32_t instance, const float* positions, uint64_t stride);
 void pose(NifSceneObject& scene, uint32_t instance, const NifPose& pose);
+/// Index among the scene's objects of the object of an instance's asset, whether or not the instance bends.
+uint32_t asset_object(const NifSceneObject& scene, size_t instance);
 NifInstanceInfo describe_instance(const NifSceneObject& scene, uint32_t instance);
 void commit(NifSceneObject& scene);
 NifSceneInfo describe(const NifSceneObject& scene);

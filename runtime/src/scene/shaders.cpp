@@ -87,10 +87,11 @@ uint64_t write_scene_shader_tables(const NifSceneObject& scene, uint32_t* to, ui
   std::pmr::vector<uint32_t> first_word(scene.objects.size(), 0u, memory);
   for (size_t k = 0; k < awake.size(); ++k) {
     const Instance& instance = scene.instances[awake[k]];
-    uint32_t& object = first_word[instance.object];
+    const uint32_t placed = asset_object(scene, awake[k]);  // what bends is refused as what it is at rest
+    uint32_t& object = first_word[placed];
     if (object == 0) {
       object = uint32_t(words.size());
-      const auto tables = tables_of(asset_of(scene, instance.object), scene.objects[instance.object].number);
+      const auto tables = tables_of(asset_of(scene, placed), scene.objects[placed].number);
       words.insert(words.end(), tables.begin(), tables.end());
       if (words.size() >= kIdentityBit)
         throw Failure(NIF_ERROR_NOT_AVAILABLE,
