@@ -478,8 +478,8 @@ NIF_API NifError nifSetInstanceVertices(NifScene scene, uint32_t instance, const
 typedef struct NifPose {
   uint64_t struct_size;
   /* [joint_count][12] row-major 3x4 matrices, as in nifAddInstance, from the mesh in its bind pose to the object's
-   * space: of a glTF, the inverse of the mesh's own world matrix times the joint's world matrix times its inverse bind
-   * matrix. */
+   * space: of a glTF, the inverse of the instance's transform (NifAssetInstanceInfo) times the joint's world
+   * matrix times its inverse bind matrix. The transform of the mesh's own node does not count. */
   const float* joints;
   /* [target_count] weights of the morph targets. Null, with target_count 0: all are 0. */
   const float* weights;
