@@ -105,7 +105,8 @@ inline constexpr uint32_t kNoPart = 0xffffffff;
 /// An object with a flag that a build does not know is not answered by it.
 enum ObjectFlags : uint32_t {
   kCutOuts = 1,  ///< triangles have holes
-  kDeforms = 2   ///< for a later version; 4 and on are free: each part that comes later has one of its own
+  kDeforms =
+      2  ///< for a later version; what bends by skin_section.hpp needs none; 4 and on are free: each part that comes later has one of its own
 };
 
 inline constexpr uint32_t kMaxLevel = 15;

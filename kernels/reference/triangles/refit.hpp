@@ -109,8 +109,8 @@ struct MovedTriangles {
   /// Its extent is the new one. Its nodes and vertices are new only if the kernel reads_nodes().
   TrianglesField field;
   VertexBox box;                 ///< around all triangles
-  const float (*positions)[4];   ///< by vertex of the source; the last is 0
-  const uint32_t (*corners)[3];  ///< [triangle of the object] its vertices in the source
+  const float (*positions)[4];   ///< of each vertex that triangles have; the last is 0
+  const uint32_t (*corners)[3];  ///< [triangle of the object] its vertices, as indices of `positions`
 };
 
 }  // namespace nif::kernels
