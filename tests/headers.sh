@@ -21,7 +21,8 @@ if ((!$#)); then
 fi
 # As the targets have them; other libraries' headers are where the compiler looks.
 flags=(-std=c++20 -fsyntax-only -Wall -Wextra -Werror -I. -Iruntime/include -Iruntime/src -Iruntime/gpu
-  -isystem /usr/include/OpenEXR -isystem /usr/include/Imath '-DNIF_EMULATED_MODULE=""' '-DNIF_VERSION_STRING=""')
+  -isystem /usr/include/OpenEXR -isystem /usr/include/Imath
+  '-DNIF_EMULATED_MODULE=""' '-DNIF_SHADER_FOLDER=""' '-DNIF_VERSION_STRING=""')
 check() {
   "${CXX:-c++}" "${@:2}" -include "$1" -x c++ /dev/null && return
   echo "tests/headers.sh: $1 does not compile by itself" >&2
