@@ -5,7 +5,11 @@ from pathlib import Path
 
 folder, machine = Path(sys.argv[1]), sys.argv[2]
 NAMES = {
-    "knight": "the knight of a game (Kay Lousberg, CC0): one skin of 41 joints with four weights, seven rigid parts, 76 clips",
+    "knight": "the knight of a game (KayKit, Kay Lousberg, CC0): one skin of 41 joints with four weights, seven rigid parts, 76 clips",
+    "barbarian": "another character of that game, with the same joints and clips",
+    "mage": "another one",
+    "fox": "a low-poly animal (PixelMannen, CC0; rig and clips by tomkranis, CC BY 4.0)",
+    "morph": "a test of eight morph targets, without a skin (Analytical Graphics, Ed Mackey, CC BY 4.0)",
     "tube": "a small character of the tests: 8 joints with eight weights, a morph target, two clips",
 }
 
@@ -26,7 +30,7 @@ def mean(values):
     return product ** (1 / len(values))
 
 
-measured = {name: (load(f"{name}.eval.json"), load(f"{name}.bench.json")) for name in NAMES}
+measured = {name: (load(f"{name}.eval.json"), load(f"{name}.bench.json")) for name in NAMES if (folder / f"{name}.bench.json").exists()}
 evals, bench = measured["knight"]
 frame, cold = (sum(bench["seconds"][what][of] for what in ("pose", "commit")) for of in ("median", "first"))
 ratios = {
@@ -37,7 +41,7 @@ ratios = {
 every = {embree: ratios["visibility", embree] + ratios["first_hits", embree] for embree in ("refitted", "rebuilt")}
 share = bench["bytes"]["scene"] / bench["bytes"]["embree_refitted"]
 rays = sum(entry["rays"] for one, _ in measured.values() for entry in one["sets"].values())
-wrong = sum(entry["certain_wrong"] for one, _ in measured.values() for entry in one["sets"].values())
+wrong = sum(round(entry["error"] * entry["rays"]) for one, _ in measured.values() for entry in one["sets"].values())
 differ = sum(one["reference"]["different"] + one["reference"]["different_hits"] for one, _ in measured.values())
 compared = sum(one["reference"]["rays"] for one, _ in measured.values())
 load_of_100 = 100 * 60 * frame
@@ -57,7 +61,7 @@ print(
 )
 print("| goal, for the knight | measured |")
 print("| --- | --- |")
-print(f"| 0 of 10^7 rays wrong, first hits alike | {wrong} of {rays} certain answers wrong (both characters) |")
+print(f"| 0 of 10^7 rays wrong, first hits alike | {wrong} of {rays} answers wrong (all characters) |")
 print(f"| same bits on all kernels | {differ} of {compared} rays differ from the scalar reference (here; tests compare all kernels) |")
 print(f"| pose and commit in 0.1 ms | {1e3 * frame:.3f} ms; {1e3 * cold:.3f} ms with cold caches |")
 print(f"| 20 ns a triangle | {1e9 * frame / bench['bending']:.1f} ns of those that bend |")
@@ -77,7 +81,7 @@ for name, (judged, raced) in measured.items():
         hits = entry.get("hits", {})
         cells = [f"{100 * hits[key]:.4f} %" if isinstance(hits.get(key), (int, float)) else "" for key in ("missed", "false_hits")]
         print(f"| {kind} | {entry['rays']} | {100 * entry['error']:.4f} % | {entry['certain_wrong']} | {cells[0]} | {cells[1]} | {hits['diagonals']['p99']:.1e} |")
-    if name == "tube":  # of a few triangles
+    if name in ("morph", "tube"):  # no characters
         print()
         continue
     print(f"\n`nif bench {name}.nif --mesh {name}.glb --clip all --frames {raced['frames']}`:\n")
@@ -103,5 +107,5 @@ print(
     "numbers.\n"
     "- Bounds per bone, which would prove what stays empty around a limb, were not tried: a tree in which nothing is learned is "
     "faster than a\n  grid on objects of this size ([games.md](games.md)).\n"
-    "- Only one character of a game was at hand; the tube has the features that it lacks."
+    "- The characters of one game share their clips; nothing here has more than 7,000 triangles."
 )

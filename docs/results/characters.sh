@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
 # Measures characters that bend against brute force and Embree, and draws one that walks through a town; writes a page and a
-# picture beside this script. Takes a quarter of an hour. FRAMES and RAYS make it shorter, to try it.
+# picture beside this script. Takes half an hour. FRAMES and RAYS make it shorter, to try it.
 #
 #   NIF_TEST_GAMES=FOLDER docs/results/characters.sh
 #
-# The folder holds knight/knight.glb and town/town_model.gltf.
+# The folder holds knight/knight.glb and town/town_model.gltf, and may hold barbarian/barbarian.glb and mage/mage.glb (KayKit
+# Character Pack: Adventurers), fox/fox.glb (Khronos' glTF sample assets) and morph/morph.gltf (MorphStressTest, there, too).
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 : "${NIF_TEST_GAMES:?names the folder that holds the knight and the town}"
@@ -12,10 +13,13 @@ games=$(cd "$NIF_TEST_GAMES" && pwd)
 frames=${FRAMES:-1000} rays=${RAYS:-2000000} rounds=${ROUNDS:-3} out=build/characters nif=${NIFKIT:-build/release}/bin/nif
 mkdir -p "$out"
 
-# The knight of a game; and a small character of the tests, with eight weights a vertex and a morph target.
-tail -c +2 tests/corpus/mesh/character-glb >"$out/tube.glb" # without the byte that chooses what to fuzz
-for character in "knight|$games/knight/knight.glb" "tube|$out/tube.glb"; do
-  IFS='|' read -r name mesh <<<"$character"
+# Characters of games; and a small one of the tests, with eight weights a vertex and a morph target.
+rm -f "$out"/*.json
+mkdir -p "$out/tube"
+tail -c +2 tests/corpus/mesh/character-glb >"$out/tube/tube.glb" # without the byte that chooses what to fuzz
+for mesh in "$games"/{knight,barbarian,mage,fox,morph}/*.gl{b,tf} "$out/tube/tube.glb"; do
+  [[ -f $mesh ]] || continue
+  name=$(basename "${mesh%.*}")
   "$nif" bake "$mesh" -o "$out/$name.nif" --deforms --rays 0 --quiet
   "$nif" eval "$out/$name.nif" --mesh "$mesh" --clip all --frames "$frames" --rays "$rays" --reference --hits --json --quiet \
     >"$out/$name.eval.json"
