@@ -25,18 +25,19 @@ prepare_nifkit() {
   done
 }
 
-# prepare_asset MESH: sets asset; model, the mesh that it is baked from ('' if MESH is an asset); and origin, where that mesh
-# comes from, if it was chosen here. MESH is a mesh, an asset that is used as it is, or '': then the Stanford dragon if
-# samples/run.sh has fetched it or NIF_TEST_MESHES has it, otherwise a generated torus knot.
+# prepare_asset MESH [ENCODING]: sets asset; model, the mesh that it is baked from ('' if MESH is an asset); and origin, where that
+# mesh comes from, if it was chosen here. MESH is a mesh, an asset that is used as it is, or '': then the Stanford dragon if
+# samples/run.sh has fetched it or NIF_TEST_MESHES has it, otherwise a generated torus knot. With an ENCODING, meshes are baked
+# to that.
 prepare_asset() {
-  local mesh=$1 name dragon baked
+  local mesh=$1 encoding=${2-} name dragon baked
   model='' origin=''
   if [[ -z $mesh ]]; then
     mkdir -p build/samples
     for dragon in build/sample/stanford_dragon.ply.gz "${NIF_TEST_MESHES:+$NIF_TEST_MESHES/stanford_dragon_871k.ply.gz}"; do
       [[ -r $dragon ]] || continue
       mesh=$dragon
-      origin='Model: the Stanford dragon, Stanford University Computer Graphics Laboratory.'
+      origin='Model: the Stanford dragon, Stanford University Computer Graphics Laboratory; free for research, no commercial use.'
       break
     done
   fi
@@ -54,14 +55,14 @@ prepare_asset() {
   model=$mesh
   name=$(basename "$mesh")
   name=${name%.gz} name=${name%.zst} name=${name%.*}
-  asset=build/samples/$name.nif
+  asset=build/samples/$name${encoding:+.$encoding}.nif
   # Identifies the mesh of the asset, because a mesh elsewhere may have the same name.
   baked=$(stat -c '%n %s %y' -- "$(realpath -- "$mesh")")
   if [[ ! $asset -nt $nif || $baked != "$(cat "$asset.source" 2>/dev/null)" ]]; then
     mkdir -p build/samples
     say "Baking $mesh"
     rm -f "$asset.source"
-    "$nif" bake "$mesh" -o "$asset" --preset fast --rays 0 --quiet
+    "$nif" bake "$mesh" -o "$asset" --preset fast ${encoding:+--encoding "$encoding"} --rays 0 --quiet
     printf '%s\n' "$baked" >"$asset.source"
   fi
 }

@@ -246,6 +246,11 @@ if [[ $size == nightly ]]; then
   host_test 'pages in a browser' tests/pages/run.sh
   host_test 'WebAssembly in a browser' bindings/web/test/browser.sh
   host_test 'a page with three.js' samples/web/test.sh
+  host_test 'a compute shader' samples/vulkan/test.sh
+  host_test 'a page with WebGPU' samples/webgpu/test.sh
+  if step 'build cases of shaders' build_part release shader_cases; then
+    host_test 'WGSL by two compilers' tests/shader/wgsl/run.sh 1000000
+  fi
   host_test 'shadow rays of Cycles' samples/cycles/test.sh
   host_test 'Windows' tests/windows/run.sh
   host_test 'the add-on for Blender' bindings/blender/tests/run.sh

@@ -68,8 +68,8 @@ love    love                  samples/love: the engine of the game
 love    luajit                samples/love: tests of its declarations of nif.h
 love    xvfb                  samples/love: tests, on a virtual screen
 love    xauth                 samples/love: xvfb-run needs it
-pages   chromium              tests/pages: shows the pages that nif writes; samples/web: tests
-pages   chromium-driver       tests/pages: drives it; samples/web: the same
+pages   chromium              tests/pages: shows the pages that nif writes; samples/web and webgpu: tests; tests/shader/wgsl: its SwiftShader
+pages   chromium-driver       tests/pages: drives it; samples/web and webgpu: the same
 python  python3-numpy         bindings/python: arrays
 python  python3-pip           bindings/python: builds and installs the wheel
 python  python3-setuptools    bindings/python: builds the wheel
@@ -77,10 +77,10 @@ python  python3-wheel         bindings/python: builds the wheel
 python  python3-venv          bindings/python: tests, in their own environment
 python  python3-pytest        bindings/python: tests
 python  python3-mypy          bindings/python: tests of its types
-shader  glslang-tools         tests/shader: compiles kernels/shader
+shader  glslang-tools         tests/shader: compiles kernels/shader; samples/vulkan: the same
 shader  spirv-cross           tests/shader: makes HLSL of it
 shader  spirv-tools           tests/shader: validates what it compiles to
-shader  libvulkan-dev         tests/shader: runs it
+shader  libvulkan-dev         tests/shader: runs it; samples/vulkan: the same
 shader  mesa-vulkan-drivers   tests/shader: a Vulkan device that is the CPU (lavapipe)
 shader  vulkan-validationlayers  tests/shader: watch these runs
 web     emscripten            bindings/web: the runtime as WebAssembly; brings node

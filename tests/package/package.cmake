@@ -224,6 +224,24 @@ elseif(STEP STREQUAL "audio")
     endif()
   endforeach()
 
+elseif(STEP STREQUAL "vulkan")
+  # The short form of samples/vulkan/test.sh: it is built, and refuses what it cannot draw before it looks for a device.
+  find_program(glslang glslangValidator)
+  if(NOT VULKAN OR NOT glslang)
+    message("Skipped: Vulkan or glslangValidator is not installed")
+    return()
+  endif()
+  build_consumer(vulkan ${SOURCE}/samples/vulkan -DCMAKE_CXX_COMPILER=${CXX} -DCMAKE_CXX_FLAGS=-Werror)
+  set(sample ${DIR}/vulkan/picture)
+  run(${sample} --help)
+  foreach(wrong "${asset}" "${asset};-o;${DIR}/no.png;--up;w" "${DIR}/no_such.nif;-o;${DIR}/no.png"
+                "${SOURCE}/tests/golden/v2-bvh.nif;-o;${DIR}/no.png;--object;99999")
+    execute_process(COMMAND ${sample} ${wrong} RESULT_VARIABLE code ERROR_VARIABLE said)
+    if(NOT code MATCHES "^[12]$" OR NOT said MATCHES "^picture: [^\n]+\n$" OR EXISTS ${DIR}/no.png)
+      message(FATAL_ERROR "picture ${wrong}: ended with ${code} and said: ${said}")
+    endif()
+  endforeach()
+
 elseif(STEP STREQUAL "love")
   # The short form of samples/love/test.sh: its declarations against the installed header.
   find_program(luajit luajit)

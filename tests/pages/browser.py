@@ -16,7 +16,7 @@ class Browser:
     """One window. Use it in a `with` statement: it ends the browser and its driver."""
 
     def __init__(self, *arguments: str) -> None:
-        """`arguments`: more of them for Chromium."""
+        """`arguments`: more of them for Chromium. It uses no GPU, unless they name one for Vulkan."""
         # Port 0: the driver takes a free one and says which.
         self._driver = subprocess.Popen(["chromedriver", "--port=0"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
         assert self._driver.stdout
@@ -29,8 +29,8 @@ class Browser:
             raise RuntimeError("chromedriver does not start")
         self._address = f"http://127.0.0.1:{port}/session"
         # --no-sandbox: Chromium refuses to run as root with it.
-        options = {"args": ["--headless=new", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--disable-dev-shm-usage",
-                            *arguments]}
+        gpu = [] if any(argument.startswith("--use-vulkan") for argument in arguments) else ["--disable-gpu"]
+        options = {"args": ["--headless=new", "--no-sandbox", *gpu, "--hide-scrollbars", "--disable-dev-shm-usage", *arguments]}
         started = self._ask("POST", "", {"capabilities": {"alwaysMatch": {
             "goog:chromeOptions": options, "goog:loggingPrefs": {"browser": "ALL"}}}})
         self._address += "/" + started["sessionId"]

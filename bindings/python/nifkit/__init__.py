@@ -9,7 +9,7 @@
 Queries release the GIL, and read arrays of float32 of any strides without a copy. `Error` has the code and the sentence of what
 was refused. bindings/python/README.md in the source tree says more.
 """
-from ._abi import LOGIT_CERTAIN, NONE, Encoding, ErrorCode, InstanceFlags
+from ._abi import LOGIT_CERTAIN, NONE, Encoding, ErrorCode, InstanceFlags, ShaderLanguage
 from ._answers import Answers, Hits, Instance, OpenRays
 from ._asset import Asset, AssetInstance, Object, Part, load
 from ._bake import bake, bake_file
@@ -18,6 +18,7 @@ from ._job import Job
 from ._library import Error, library_version
 from ._program import find_program
 from ._scene import Scene
+from ._shader import shader_source
 
 __version__ = library_version()
 __all__ = [
@@ -40,6 +41,7 @@ __all__ = [
     "OpenRays",
     "Part",
     "Scene",
+    "ShaderLanguage",
     "backends",
     "bake",
     "bake_file",
@@ -47,4 +49,5 @@ __all__ = [
     "default_device",
     "find_program",
     "load",
+    "shader_source",
 ]

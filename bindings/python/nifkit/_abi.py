@@ -54,6 +54,15 @@ class Encoding(enum.IntEnum):
     """Triangles of which some have holes, as leaves and fences have; exact."""
 
 
+class ShaderLanguage(enum.IntEnum):
+    """A language of functions for shaders. The numbers never change."""
+
+    GLSL = 1
+    """For Vulkan."""
+    WGSL = 2
+    """For WebGPU."""
+
+
 class InstanceFlags(enum.IntFlag):
     """Flags of an instance of a scene."""
 
@@ -300,6 +309,8 @@ FUNCTIONS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "nifGetPartInfo": (c_int32, (c_void_p, c_uint32, POINTER(NifPartInfo))),
     "nifGetObjectInfo": (c_int32, (c_void_p, c_uint32, POINTER(NifObjectInfo))),
     "nifGetAssetInstanceInfo": (c_int32, (c_void_p, c_uint32, POINTER(NifAssetInstanceInfo))),
+    "nifGetShaderTables": (c_int32, (c_void_p, c_uint32, c_void_p, c_uint64, POINTER(c_uint64))),
+    "nifGetShaderSource": (c_char_p, (c_int32,)),
     "nifNewScene": (c_int32, (c_void_p, POINTER(c_void_p))),
     "nifReleaseScene": (None, (c_void_p,)),
     "nifAddInstance": (c_int32, (c_void_p, c_void_p, c_uint32, c_void_p, POINTER(c_uint32))),
@@ -317,6 +328,7 @@ FUNCTIONS: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "nifGetInstanceInfo": (c_int32, (c_void_p, c_uint32, POINTER(NifInstanceInfo))),
     "nifCommitScene": (c_int32, (c_void_p,)),
     "nifGetSceneInfo": (c_int32, (c_void_p, POINTER(NifSceneInfo))),
+    "nifGetSceneShaderTables": (c_int32, (c_void_p, c_void_p, c_uint64, POINTER(c_uint64))),
     "nifQuery": (c_int32, (c_void_p, POINTER(NifRays), POINTER(NifAnswers))),
     "nifQueryWithFallback": (c_int32, (c_void_p, POINTER(NifRays), POINTER(NifAnswers), c_float, NifFallback, c_void_p)),
     "nifQueryOpen": (c_int32, (c_void_p, POINTER(NifRays), POINTER(NifAnswers), POINTER(NifOpenRays))),

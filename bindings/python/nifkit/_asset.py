@@ -13,7 +13,8 @@ from ._abi import (
 )
 from ._device import Device, check_device, default_device
 from ._handle import Handle
-from ._library import Error, check, file_name, lib, text
+from ._library import Error, check, file_name, lib, text, whole
+from ._shader import words_of
 
 if TYPE_CHECKING:  # numpy.typing takes a while to load
     import numpy.typing as npt
@@ -197,6 +198,18 @@ class Asset(Handle):
     def instances(self) -> tuple[AssetInstance, ...]:
         """The placements in its file, in order of their numbers. Listed once, and kept."""
         return self._list(lib.nifGetAssetInstanceInfo, NifAssetInstanceInfo(), _instance)
+
+    def shader_tables(self, object: int = 0) -> npt.NDArray[np.uint32]:
+        """The words of one object for a shader of your own, uint32 in this machine's byte order, to be bound as one read-only
+        storage buffer (docs/shaders.md). The device must be made with `shaders="on"`.
+
+        Raises:
+            Error: NOT_AVAILABLE if shaders cannot answer the object, INVALID_ARGUMENT if there is no such object,
+                INVALID_OPERATION without `shaders="on"`.
+        """
+        number = whole("object", object)
+        with self._using() as handle:
+            return words_of(lambda words, capacity, count: int(lib.nifGetShaderTables(handle, number, words, capacity, count)))
 
     def __repr__(self) -> str:
         if self.closed:

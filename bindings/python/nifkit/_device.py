@@ -21,7 +21,7 @@ class Device(Handle):
         queries: queries that can run at the same time without waiting; 0: as many as the machine has threads.
         backend: "cpu"; "gpu", of AMD or NVIDIA; or one of the two: "cuda" or "hip".
         options: other keys of the library's configuration string. For the CPU: `memory` ("auto" or "least": smaller tables,
-            slower rays). For GPUs: `device` (number of the GPU), `module` (file of the GPU module), `pipeline` ("auto",
+            slower rays), `shaders` ("off", or "on" for `Asset.shader_tables()`). For GPUs: `device` (number of the GPU), `module` (file of the GPU module), `pipeline` ("auto",
             "on" or "off"), `precision` ("single" or "half").
 
     Raises:

@@ -2,13 +2,14 @@
 from __future__ import annotations
 
 import ctypes
+import operator
 import os
 from pathlib import Path
 from typing import Union
 
 from ._abi import ABI, FUNCTIONS, ErrorCode
 
-__all__ = ["Error", "check", "lib", "library_version"]
+__all__ = ["Error", "check", "lib", "library_version", "whole"]
 
 
 class Error(Exception):
@@ -91,3 +92,14 @@ def check(code: int, memory: str = "memory") -> None:
         if message.startswith("memory: "):
             message = memory + message[len("memory") :]
         raise Error(code, message)
+
+
+def whole(name: str, value: int, bits: int = 32) -> int:
+    """Checks the range of a number, because ctypes would truncate it."""
+    try:
+        number = operator.index(value)
+    except TypeError:
+        raise TypeError(f"{name}: an integer is needed, not this {type(value).__name__}") from None
+    if not 0 <= number < 2**bits:
+        raise Error(ErrorCode.INVALID_ARGUMENT, f"{name}: {number} is not a number from 0 to 2^{bits} - 1")
+    return number

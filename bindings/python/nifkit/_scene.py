@@ -2,7 +2,6 @@
 from __future__ import annotations
 
 import ctypes
-import operator
 import threading
 from typing import TYPE_CHECKING, Any, Callable, Mapping, Optional, Sequence, Union
 
@@ -16,8 +15,9 @@ from ._asset import Asset
 from ._device import Device, check_device, default_device
 from ._handle import Handle, Use
 from ._job import Job, is_at_work, start
-from ._library import Error, check, lib
+from ._library import Error, check, lib, whole as _number
 from ._rays import Rays, make_outputs, point_at
+from ._shader import words_of
 
 if TYPE_CHECKING:  # numpy.typing takes a while to load
     import numpy.typing as npt
@@ -289,6 +289,17 @@ class Scene(Handle):
     def resident_bytes(self) -> int:
         """Bytes of memory, without those of assets."""
         return int(self._info().resident_bytes)
+
+    def shader_tables(self) -> npt.NDArray[np.uint32]:
+        """The words of the committed scene for a shader of your own, as `Asset.shader_tables()` returns those of an object: its
+        instances, then the objects that they place. Rays are then in world space.
+
+        Raises:
+            Error: NOT_AVAILABLE if shaders cannot answer one of the objects, INVALID_OPERATION if the scene is not committed
+                or the device was not made with `shaders="on"`.
+        """
+        with self._using() as scene:
+            return words_of(lambda words, capacity, count: int(lib.nifGetSceneShaderTables(scene, words, capacity, count)))
 
     def __repr__(self) -> str:
         if self.closed:
@@ -604,17 +615,6 @@ def _numbers(instances: npt.ArrayLike) -> Numbers:
     if numbers.size and not 0 <= numbers.min() <= numbers.max() < 2**32:
         raise Error(ErrorCode.INVALID_ARGUMENT, "instances: a number is not one from 0 to 2^32 - 1")
     return np.ascontiguousarray(numbers, dtype=np.uint32)
-
-
-def _number(name: str, value: int, bits: int = 32) -> int:
-    """Checks the range of a number, because ctypes would truncate it."""
-    try:
-        number = operator.index(value)
-    except TypeError:
-        raise TypeError(f"{name}: an integer is needed, not this {type(value).__name__}") from None
-    if not 0 <= number < 2**bits:
-        raise Error(ErrorCode.INVALID_ARGUMENT, f"{name}: {number} is not a number from 0 to 2^{bits} - 1")
-    return number
 
 
 def _float(name: str, value: float) -> ctypes.c_float:

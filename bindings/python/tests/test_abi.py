@@ -39,7 +39,8 @@ def test_structures(kind, tmp_path):
 
 @pytest.mark.parametrize(
     "kind, prefix",
-    [(_abi.ErrorCode, "NIF_ERROR_"), (_abi.Encoding, "NIF_ENCODING_"), (_abi.InstanceFlags, "NIF_INSTANCE_")],
+    [(_abi.ErrorCode, "NIF_ERROR_"), (_abi.Encoding, "NIF_ENCODING_"), (_abi.InstanceFlags, "NIF_INSTANCE_"),
+     (_abi.ShaderLanguage, "NIF_SHADER_")],
 )
 def test_enumerators(kind, prefix):
     written = dict(re.findall(rf"\b{prefix}(\w+) = (\d+)\b", TEXT))

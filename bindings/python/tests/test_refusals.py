@@ -226,6 +226,7 @@ def test_closed():
             lambda: scene.query_async(*rays),
             lambda: scene.query_with_fallback(*rays, fallback=lambda rays, visible: visible),
             lambda: scene.bounds,
+            lambda: scene.shader_tables(),
             lambda: scene.commit(),
             lambda: scene.set_instance_transform(0, np.eye(4)),
             lambda: scene.set_instance_transforms(None, [np.eye(4)]),
@@ -243,6 +244,7 @@ def test_closed():
             lambda: asset.metadata,
             lambda: asset.objects,
             lambda: asset.instances,
+            lambda: asset.shader_tables(0),
             lambda: nifkit.Scene(asset, device=nifkit.default_device()),
         ],
         "device": [
