@@ -10,6 +10,7 @@
 //   NIF_CERTAIN_REACH     how far away, in finest cells, a ray may start for a proof: 8192, which holds in the loosest
 //                         arithmetic that Vulkan allows, or 16384 if the device's is known to be IEEE's (docs/shaders.md)
 //   NIF_PROVES            false: no answer is certain, for compilers that do not heed `precise`
+//   NIF_TRIANGLES         false: leaves out all that reads triangles; objects that have some are then left open
 //
 // The arithmetic is that of the CPU, operation by operation: each result has a name and is `precise`, so that no
 // compiler fuses or reorders it. No stack, no pointers, no array in memory that is not the buffer. Public names are at
@@ -31,6 +32,9 @@
 #ifndef NIF_PROVES
 #define NIF_PROVES true
 #endif
+#ifndef NIF_TRIANGLES
+#define NIF_TRIANGLES true
+#endif
 #ifndef NIF_WORD
 layout(std430, set = NIF_SET, binding = NIF_BINDING) readonly buffer NifTables {
   uint nif_words[];
@@ -46,6 +50,17 @@ struct NifAnswer {
   float open_begin;   // if the planes prove nothing: whatever blocks the ray does so between these two t
   float open_end;
   uint instance;      // of a scene: what blocks the ray; NIF_NONE if it is visible, or of an object alone
+};
+
+struct NifHit {
+  bool hit;
+  bool certain;   // it is proven that nothing is hit, or that this triangle is hit first
+  float t;        // infinite if nothing is hit
+  vec3 normal;    // of the triangle, of unit length, on the side that the ray comes from
+  uint triangle;  // as in NifHits, or NIF_NONE
+  float u;        // the hit is at (1 - u - v) * first corner + u * second + v * third
+  float v;
+  uint instance;  // of a scene
 };
 
 const uint NIF_NONE = 0xffffffffu;
@@ -565,6 +580,294 @@ int nif_evaluate() {
   return -1;
 }
 
+// ---- Triangles: a tree of boxes whose nodes lie depth first, so that no stack is needed. The triangle's vectors are turned
+// to end with the axis along which the ray moves most, and sheared so that the ray runs along it.
+
+uint nif_steep;            // that axis
+float nif_steepest;        // the direction along it, without its sign
+vec3 nif_from;             // the ray's origin, turned
+float nif_slope_x;
+float nif_slope_y;
+float nif_per_unit;        // t for a unit along that axis
+float nif_error_share;     // sheared coordinates are off by less than this share of the distance, and nif_error_least
+float nif_error_least;
+bool nif_in_reach;         // of proofs
+bvec3 nif_back;            // where the direction is negative
+vec3 nif_box_step;         // boxes count t by nif_steepest
+vec3 nif_box_near;
+vec3 nif_box_far;
+float nif_box_enter;
+float nif_box_leave;
+float nif_tmin;
+float nif_tmax;
+bool nif_looks_for_first;  // else for any triangle
+bool nif_met;              // one, as single precision says
+bool nif_met_surely;
+bool nif_doubtful;         // there is a triangle of which rounding decides whether it is met
+bool nif_found;            // no other triangle matters
+bool nif_hit_surely;       // the nearest one
+float nif_hit_t;
+float nif_hit_low;         // it is met from here
+float nif_hit_high;        // to here
+float nif_hit_u;
+float nif_hit_v;
+uint nif_hit_triangle;
+uint nif_hit_corners;      // their word
+uint nif_hit_vertex;       // the first of the leaf
+uint nif_hit_object;
+uint nif_hit_instance;     // its first word, or NIF_NONE
+float nif_others_low;      // none of the others is met before
+
+vec3 nif_vector(uint at) {
+  return vec3(uintBitsToFloat(NIF_WORD(at)), uintBitsToFloat(NIF_WORD(at + 1u)), uintBitsToFloat(NIF_WORD(at + 2u)));
+}
+vec3 nif_turn(vec3 v) { return nif_steep == 2u ? v : (nif_steep == 0u ? v.yzx : v.zxy); }
+float nif_least(vec3 v) { return nif_smaller(v.z, nif_smaller(v.y, v.x)); }
+float nif_most(vec3 v) { return nif_larger(v.z, nif_larger(v.y, v.x)); }
+
+// Prepares a ray for the object's triangles. Returns false if it meets none, without a look at them. `moved`: the sum of
+// magnitudes from which an instance's transform has made the origin, or negative.
+bool nif_enter_tree(vec3 origin, vec3 direction, float tmin, float tmax, float moved) {
+  float extent = nif_number(53u);
+  float far = nif_largest(origin);
+  float reach = nif_larger(far, extent);
+  nif_steepest = nif_largest(direction);
+  precise float farthest = extent * 4294967296.0;
+  // From 2^-60 to 2^60, and to 2^61 for the reach.
+  bool moves = nif_steepest >= 8.67361737988403547e-19 && nif_steepest <= 1.152921504606846976e18;
+  if (!nif_all_finite(origin) || !nif_all_finite(direction) || !moves || far > farthest || nif_is_nan(tmin) ||
+      nif_is_nan(tmax) || !(tmin <= tmax) || !(reach <= 2.305843009213693952e18)) {
+    return false;
+  }
+  vec3 steep = abs(direction);
+  nif_steep = steep.y > steep.x ? 1u : 0u;
+  nif_steep = steep.z > nif_larger(steep.x, steep.y) ? 2u : nif_steep;
+  nif_from = nif_turn(origin);
+  vec3 turned = nif_turn(direction);
+  precise float slope_x = turned.x / turned.z;
+  precise float slope_y = turned.y / turned.z;
+  precise float per_unit = 1.0 / turned.z;
+  nif_slope_x = slope_x;
+  nif_slope_y = slope_y;
+  nif_per_unit = per_unit;
+  nif_tmin = tmin;
+  nif_tmax = tmax;
+
+  // How far rounding may move it, and what is too far away, too small or too large for that bound (docs/shaders.md).
+  bool is_moved = moved >= 0.0;
+  nif_error_share = is_moved ? 3.814697265625e-6 : 9.5367431640625e-7;  // 2^-18, 2^-20
+  precise float error_least = reach * 9.31322574615478515625e-10;       // 2^-30
+  precise float error_moved = moved * 1.9073486328125e-6;               // 2^-19
+  precise float error_both = error_least + error_moved;
+  nif_error_least = is_moved ? error_both : error_least;
+  precise float near = extent * 1024.0;
+  bool proves = NIF_PROVES && (nif_header(3u) & 2u) != 0u;
+  // At most 1024 extents away; from 2^-30 to 2^36; a direction from 2^-40 to 2^40.
+  bool near_enough = reach <= near && reach <= 6.8719476736e10 && extent >= 9.31322574615478515625e-10;
+  bool steep_enough = nif_steepest <= 1.099511627776e12 && nif_steepest >= 9.094947017729282379e-13;
+  nif_in_reach = proves && near_enough && steep_enough;
+
+  // Boxes grow by more than any of that, up to where they would no longer be of use.
+  precise float useful = extent * 2048.0;
+  float counted = nif_smaller(reach, useful);
+  precise float rounding = counted * 3.814697265625e-6;
+  precise float share = nif_error_share * 4.0;
+  precise float growth = counted * share;
+  precise float grown = rounding + growth;
+  precise float twice = nif_error_least * 2.0;
+  precise float padding = grown + twice;
+  vec3 outward = vec3(padding);
+  vec3 way;
+  for (int a = 0; a < 3; ++a) {
+    nif_back[a] = direction[a] < 0.0;
+    precise float share_of = steep[a] / nif_steepest;
+    float size = nif_larger(share_of, 9.31322574615478515625e-10);  // 2^-30
+    way[a] = nif_back[a] ? -size : size;
+    outward[a] = nif_back[a] ? -padding : padding;
+  }
+  precise vec3 inverse = 1.0 / way;
+  precise vec3 box_step = nif_vector(nif_object + 57u) * inverse;
+  nif_box_step = box_step;
+  vec3 corner = nif_vector(nif_object + 54u);
+  precise vec3 near_origin = origin + outward;
+  precise vec3 near_corner = corner - near_origin;
+  precise vec3 box_near = near_corner * inverse;
+  nif_box_near = box_near;
+  precise vec3 far_origin = origin - outward;
+  precise vec3 far_corner = corner - far_origin;
+  precise vec3 box_far = far_corner * inverse;
+  nif_box_far = box_far;
+  precise float distance = reach * 4.0;  // nothing is met beyond
+  precise float last = distance / nif_steepest;
+  precise float enter = nif_larger(tmin, -last) * nif_steepest;
+  float until = nif_smaller(tmax, nif_hit_high);
+  precise float leave = nif_smaller(until, last) * nif_steepest;
+  nif_box_enter = enter;
+  nif_box_leave = leave;
+  return true;
+}
+
+// Does the ray perhaps meet something in a node's box?
+bool nif_meets_box(uint at) {
+  uvec3 words = uvec3(NIF_WORD(at), NIF_WORD(at + 1u), NIF_WORD(at + 2u));
+  vec3 low = vec3(words & uvec3(65535u));
+  vec3 high = vec3(words >> uvec3(16u));
+  vec3 first = vec3(nif_back.x ? high.x : low.x, nif_back.y ? high.y : low.y, nif_back.z ? high.z : low.z);
+  vec3 last = vec3(nif_back.x ? low.x : high.x, nif_back.y ? low.y : high.y, nif_back.z ? low.z : high.z);
+  precise vec3 to_first = first * nif_box_step;
+  precise vec3 enters = to_first + nif_box_near;
+  precise vec3 to_last = last * nif_box_step;
+  precise vec3 leaves = to_last + nif_box_far;
+  return nif_larger(nif_most(enters), nif_box_enter) <= nif_smaller(nif_least(leaves), nif_box_leave);
+}
+
+// Does the ray meet a triangle? Both triangles of an edge see it by the same numbers, so that no ray passes between them.
+// Returns false if it certainly does not; then nothing else is set.
+bool nif_meet_triangle(vec3 p, vec3 q, vec3 r, uint triangle) {
+  precise vec3 to_p = nif_turn(p) - nif_from;
+  precise vec3 to_q = nif_turn(q) - nif_from;
+  precise vec3 to_r = nif_turn(r) - nif_from;
+  vec3 depths = vec3(to_p.z, to_q.z, to_r.z);
+  precise vec3 shift_x = depths * nif_slope_x;
+  precise vec3 shift_y = depths * nif_slope_y;
+  precise vec3 x = vec3(to_p.x, to_q.x, to_r.x) - shift_x;
+  precise vec3 y = vec3(to_p.y, to_q.y, to_r.y) - shift_y;
+  precise vec3 plus = x.zxy * y.yzx;
+  precise vec3 minus = y.zxy * x.yzx;
+  precise vec3 sides = plus - minus;
+
+  // Bounds of their errors: e (|x| + |y| of both ends of the edge + e) 2, where e is that of a sheared coordinate.
+  float distance = nif_larger(nif_largest(to_p), nif_larger(nif_largest(to_q), nif_largest(to_r)));
+  precise float error_far = distance * nif_error_share;
+  precise float error = error_far + nif_error_least;
+  precise float error_2 = error * 2.0;
+  precise vec3 sizes = abs(x) + abs(y);
+  precise vec3 spans = sizes.zxy + sizes.yzx;
+  precise vec3 grown = spans + error;
+  precise vec3 bounds = grown * error_2;
+  bool left = sides.x > bounds.x || sides.y > bounds.y || sides.z > bounds.z;
+  bool right = sides.x < -bounds.x || sides.y < -bounds.y || sides.z < -bounds.z;
+  if (left && right) {
+    return false;  // beside it
+  }
+  precise vec3 arrivals = depths * nif_per_unit;
+  precise float slack = error_2 * abs(nif_per_unit);
+  precise float low = nif_least(arrivals) - slack;
+  precise float high = nif_most(arrivals) + slack;
+  if (low > nif_tmax || high < nif_tmin || low > nif_hit_high) {
+    return false;
+  }
+
+  bool inside = nif_least(sides) >= 0.0 || nif_most(sides) <= 0.0;
+  precise float sum_2 = sides.x + sides.y;
+  precise float sum = sum_2 + sides.z;
+  inside = inside && sum != 0.0;
+  bool surely = (sides.x > bounds.x && sides.y > bounds.y && sides.z > bounds.z) ||
+                (sides.x < -bounds.x && sides.y < -bounds.y && sides.z < -bounds.z);
+  precise float per_sum = 1.0 / (sum != 0.0 ? sum : 1.0);
+  precise vec3 weights = sides * per_sum;
+  precise vec3 parts = weights * depths;
+  precise float parts_2 = parts.x + parts.y;
+  precise float depth = parts_2 + parts.z;
+  precise float t = depth * nif_per_unit;
+  if (surely) {
+    precise float bounds_2 = bounds.x + bounds.y;
+    precise float bounds_3 = bounds_2 + bounds.z;
+    precise float off = bounds_3 * abs(per_sum);
+    precise float range = nif_most(arrivals) - nif_least(arrivals);
+    precise float moved = range * off;
+    precise float slack_2 = slack * 2.0;
+    precise float slack_3 = moved + slack_2;
+    precise float t_low = t - slack_3;
+    precise float t_high = t + slack_3;
+    low = t_low;
+    high = t_high;
+    if (low > nif_tmax || high < nif_tmin) {
+      return false;
+    }
+    surely = low >= nif_tmin && high <= nif_tmax;
+  }
+  bool met = inside && nif_tmin <= t && t <= nif_tmax;
+  nif_met = nif_met || met;
+  nif_met_surely = nif_met_surely || surely;
+  nif_doubtful = nif_doubtful || !surely;
+  if (!nif_looks_for_first) {
+    nif_found = nif_met_surely || (met && !nif_in_reach);
+    return met;
+  }
+  bool nearer = met && (t < nif_hit_t || (t == nif_hit_t && triangle < nif_hit_triangle));
+  nif_others_low = nif_smaller(nearer ? nif_hit_low : low, nif_others_low);
+  if (nearer) {
+    nif_hit_t = t;
+    nif_hit_low = low;
+    nif_hit_high = high;
+    nif_hit_u = weights.y;
+    nif_hit_v = weights.z;
+    nif_hit_triangle = triangle;
+    nif_hit_surely = surely;
+    precise float leave = high * nif_steepest;
+    nif_box_leave = nif_smaller(leave, nif_box_leave);
+  }
+  return nearer;
+}
+
+// Every step goes on in the buffer, because a tree has no link back. Some devices end long loops early: then nothing is
+// proven. `instance`: for nif_hit_instance.
+void nif_walk_tree(uint instance) {
+  uint tree = nif_object + nif_header(48u);
+  uint end = nif_object + nif_header(49u);
+  uint vertices = nif_object + nif_header(50u);
+  uint at = tree;
+  for (; at < end && !nif_found;) {
+    uint link = NIF_WORD(at + 3u);
+    uint count = (link & 0x80000000u) != 0u ? link & 7u : 0u;
+    uint next = count != 0u ? at + 6u + count : tree + link;
+    if (nif_meets_box(at)) {
+      next = count != 0u ? next : at + 4u;
+      uint k = 0u;
+      for (; k < count && !nif_found; ++k) {
+        uint corners = NIF_WORD(at + 6u + k);
+        uint first = NIF_WORD(at + 4u);
+        uint p = vertices + 3u * (first + (corners & 255u));
+        uint q = vertices + 3u * (first + ((corners >> 8) & 255u));
+        uint r = vertices + 3u * (first + ((corners >> 16) & 255u));
+        if (nif_meet_triangle(nif_vector(p), nif_vector(q), nif_vector(r), NIF_WORD(at + 5u) + k)) {
+          nif_hit_corners = corners;
+          nif_hit_vertex = first;
+          nif_hit_object = nif_object;
+          nif_hit_instance = instance;
+        }
+      }
+      nif_in_reach = nif_in_reach && (k == count || nif_found);
+    }
+    at = next;
+  }
+  nif_in_reach = nif_in_reach && (at >= end || nif_found);
+}
+
+// Only boxes between two t are entered from now on.
+void nif_leave_boxes_outside(float begin, float end) {
+  precise float enter = begin * nif_steepest;
+  precise float leave = end * nif_steepest;
+  nif_box_enter = nif_larger(enter, nif_box_enter);
+  nif_box_leave = nif_smaller(leave, nif_box_leave);
+}
+
+// Before the first triangle.
+void nif_forget_triangles(bool first) {
+  nif_looks_for_first = first;
+  nif_met = false;
+  nif_met_surely = false;
+  nif_doubtful = false;
+  nif_found = false;
+  nif_hit_t = nif_infinity();
+  nif_hit_low = nif_infinity();
+  nif_hit_high = nif_infinity();
+  nif_hit_triangle = NIF_NONE;
+  nif_hit_surely = false;
+  nif_others_low = nif_infinity();
+}
+
 // ---- Queries
 
 // Not where a number is not finite (tmin and tmax may be infinite), the origin is 2^126 or more, the direction is 0 or too
@@ -589,13 +892,9 @@ NifAnswer nif_or_open(NifAnswer answer, bool valid) {
   return open;
 }
 
-// The whole of it; `learned`: ask the network about what the planes leave open, if there is one.
-NifAnswer nif_ask(uint object, vec3 origin, vec3 direction, float tmin, float tmax, bool learned) {
-  nif_object = object;
+// By planes, and if `learned` by the network about what they leave open, if there is one.
+NifAnswer nif_ask_planes(vec3 origin, vec3 direction, float tmin, float tmax, bool learned) {
   NifAnswer answer = NifAnswer(false, false, -1, 0.5, tmin, tmax, NIF_NONE);
-  if (nif_header(0u) != 0x5346494eu || nif_header(1u) != 1u) {
-    return answer;  // not tables that this file reads
-  }
   uint flags = nif_header(3u);
   uint samples = nif_header(18u);
   bool has_network = learned && (flags & 1u) != 0u && nif_header(21u) <= uint(NIF_NETWORK_WORDS);
@@ -662,6 +961,48 @@ NifAnswer nif_ask(uint object, vec3 origin, vec3 direction, float tmin, float tm
   return answer;
 }
 
+// By triangles, and before them by planes if the object has both.
+NifAnswer nif_ask_triangles(vec3 origin, vec3 direction, float tmin, float tmax, float moved) {
+  NifAnswer answer = NifAnswer(true, false, NIF_CERTAIN_LOGIT, 1.0, tmin, tmax, NIF_NONE);
+  bool proves = NIF_PROVES && (nif_header(3u) & 2u) != 0u;
+  nif_forget_triangles(false);
+  if (!nif_enter_tree(origin, direction, tmin, tmax, moved)) {
+    answer.certain = proves && !nif_is_nan(tmin) && !nif_is_nan(tmax) && tmin > tmax;
+    return answer;
+  }
+  if ((nif_header(3u) & 8u) != 0u) {
+    answer = nif_ask_planes(origin, direction, tmin, tmax, false);
+    if (answer.certain) {
+      return answer;
+    }
+    nif_leave_boxes_outside(answer.open_begin, answer.open_end);
+  }
+  nif_walk_tree(NIF_NONE);
+  answer.visible = !nif_met;
+  answer.certain = nif_in_reach && (nif_met_surely || !nif_doubtful);
+  answer.logit = answer.visible ? 0 : -1;
+  answer.probability = 0.5;
+  if (answer.certain) {
+    answer.logit = answer.visible ? NIF_CERTAIN_LOGIT : -NIF_CERTAIN_LOGIT;
+    answer.probability = answer.visible ? 1.0 : 0.0;
+  }
+  return answer;
+}
+
+// The whole of it. `moved`: as for nif_enter_tree().
+NifAnswer nif_ask(uint object, vec3 origin, vec3 direction, float tmin, float tmax, bool learned, float moved) {
+  nif_object = object;
+  uint flags = nif_header(3u);
+  bool has_triangles = (flags & 4u) != 0u;
+  if (nif_header(0u) != 0x5346494eu || nif_header(1u) != 2u || (has_triangles && !NIF_TRIANGLES)) {
+    return NifAnswer(false, false, -1, 0.5, tmin, tmax, NIF_NONE);  // not tables that this file reads
+  }
+  if (NIF_TRIANGLES && has_triangles) {
+    return nif_ask_triangles(origin, direction, tmin, tmax, moved);
+  }
+  return nif_ask_planes(origin, direction, tmin, tmax, learned);
+}
+
 // ---- Scenes
 
 // The sum of three products, in the CPU's order.
@@ -687,10 +1028,6 @@ bool nif_slab(float low, float high, float origin, float direction) {
   return true;
 }
 
-vec3 nif_vector(uint at) {
-  return vec3(uintBitsToFloat(NIF_WORD(at)), uintBitsToFloat(NIF_WORD(at + 1u)), uintBitsToFloat(NIF_WORD(at + 2u)));
-}
-
 // Whether a valid ray may meet the box of an instance. A ray that does not certainly misses it, from anywhere.
 bool nif_may_meet(uint box, vec3 origin, vec3 direction, float tmin, float tmax) {
   vec3 low = nif_vector(box);
@@ -712,13 +1049,20 @@ bool nif_may_meet(uint box, vec3 origin, vec3 direction, float tmin, float tmax)
   return begin <= end;
 }
 
-// The answer of one instance, whose words begin at `at`, for a ray in world space.
-NifAnswer nif_ask_instance(uint scene, uint at, vec3 origin, vec3 direction, float tmin, float tmax, bool learned) {
+uint nif_local_object;
+vec3 nif_local_origin;
+vec3 nif_local_direction;
+float nif_local_moved;     // as for nif_enter_tree()
+bool nif_local_stays;      // what is proven in object space is so in the world
+
+// Takes a ray to the space of an instance whose words begin at `at`: sets nif_local_origin and what follows it.
+void nif_enter_instance(uint scene, uint at, vec3 origin, vec3 direction, float tmin, float tmax) {
   uint word = NIF_WORD(at + 21u);
-  uint object = scene + (word & 0x1fffffffu);
+  nif_local_object = scene + (word & 0x1fffffffu);
+  nif_local_origin = origin;
+  nif_local_direction = direction;
+  nif_local_moved = -1.0;
   bool stays = true;
-  vec3 local_origin = origin;
-  vec3 local_direction = direction;
   if ((word & 0x20000000u) == 0u) {  // not the identity
     vec3 row_x = nif_vector(at);
     vec3 row_y = nif_vector(at + 3u);
@@ -726,8 +1070,8 @@ NifAnswer nif_ask_instance(uint scene, uint at, vec3 origin, vec3 direction, flo
     vec3 remainder = nif_vector(at + 12u);
     precise vec3 moved = origin - nif_vector(at + 9u);
     precise vec3 relative = moved - remainder;
-    local_origin = vec3(nif_row(row_x, relative), nif_row(row_y, relative), nif_row(row_z, relative));
-    local_direction = vec3(nif_row(row_x, direction), nif_row(row_y, direction), nif_row(row_z, direction));
+    nif_local_origin = vec3(nif_row(row_x, relative), nif_row(row_y, relative), nif_row(row_z, relative));
+    nif_local_direction = vec3(nif_row(row_x, direction), nif_row(row_y, direction), nif_row(row_z, direction));
     // Whether a proof for the ray in object space holds in the world: rounding must move it little.
     vec3 far = abs(relative);
     vec3 steep = abs(direction);
@@ -736,14 +1080,22 @@ NifAnswer nif_ask_instance(uint scene, uint at, vec3 origin, vec3 direction, flo
     float reach = nif_largest(reaches);
     bool remains = remainder.x != 0.0 || remainder.y != 0.0 || remainder.z != 0.0;
     precise float longer = reach * 1.25;
-    precise float cells = (remains ? longer : reach) * uintBitsToFloat(NIF_WORD(object + 7u));
+    nif_local_moved = remains ? longer : reach;
+    precise float cells = nif_local_moved * uintBitsToFloat(NIF_WORD(nif_local_object + 47u));
     precise float most = NIF_CERTAIN_REACH * 0.125;
     precise float times = NIF_CERTAIN_REACH * 0.000244140625;  // 4 for the CPU's reach
-    precise float wide = times * nif_largest(local_direction);
+    precise float wide = times * nif_largest(nif_local_direction);
     stays = tmin > tmax || ((word & 0x40000000u) != 0u && cells <= most && nif_largest(spreads) <= wide);
   }
-  NifAnswer answer = nif_ask(object, local_origin, local_direction, tmin, tmax, learned);
-  if (!stays || (word & 0x80000000u) != 0u) {
+  nif_local_stays = stays && (word & 0x80000000u) == 0u;
+}
+
+// The answer of one instance for a ray in world space.
+NifAnswer nif_ask_instance(uint scene, uint at, vec3 origin, vec3 direction, float tmin, float tmax, bool learned) {
+  nif_enter_instance(scene, at, origin, direction, tmin, tmax);
+  NifAnswer answer =
+      nif_ask(nif_local_object, nif_local_origin, nif_local_direction, tmin, tmax, learned, nif_local_moved);
+  if (!nif_local_stays) {
     answer.certain = false;
     answer.open_begin = tmin;
     answer.open_end = tmax;
@@ -754,7 +1106,7 @@ NifAnswer nif_ask_instance(uint scene, uint at, vec3 origin, vec3 direction, flo
 // The answers of all instances joined: one that blocks the ray is enough.
 NifAnswer nif_ask_scene(uint scene, vec3 origin, vec3 direction, float tmin, float tmax, uint mask, bool learned) {
   NifAnswer joined = NifAnswer(false, false, -1, 0.5, tmin, tmax, NIF_NONE);
-  if (NIF_WORD(scene) != 0x4346494eu || NIF_WORD(scene + 1u) != 1u) {
+  if (NIF_WORD(scene) != 0x4346494eu || NIF_WORD(scene + 1u) != 2u) {
     return joined;  // not a scene that this file reads
   }
   uint count = NIF_WORD(scene + 4u);
@@ -768,32 +1120,141 @@ NifAnswer nif_ask_scene(uint scene, vec3 origin, vec3 direction, float tmin, flo
     joined.open_begin = nif_infinity();
     joined.open_end = -nif_infinity();
   }
-  for (uint i = 0u; i < count && !blocked; ++i) {
-    uint at = scene + 16u + 24u * i;
-    bool alone = count == 1u;  // then its box is not asked, as by the CPU
-    if ((NIF_WORD(at + 22u) & mask) == 0u || (!alone && !valid)) {
-      continue;
+  bool alone = count == 1u;  // then its box is not asked, as by the CPU
+  uint node = scene + NIF_WORD(scene + 11u);
+  uint end = scene + NIF_WORD(scene + 12u);
+  for (; node < end && !blocked;) {
+    bool meets = alone || (valid && nif_may_meet(node, origin, direction, tmin, tmax));
+    uint list = NIF_WORD(node + 7u);
+    uint at = scene + 16u + 24u * (list >> 3);
+    uint here = meets ? list & 7u : 0u;
+    uint i = 0u;
+    for (; i < here && !blocked; ++i) {
+      if ((NIF_WORD(at + 22u) & mask) != 0u && (alone || nif_may_meet(at + 15u, origin, direction, tmin, tmax))) {
+        NifAnswer answer = nif_ask_instance(scene, at, origin, direction, tmin, tmax, learned);
+        all_certain = (alone || all_certain) && answer.certain;
+        blocked = answer.certain && answer.logit < 0;
+        if (answer.logit < min(joined.logit, 0)) {
+          joined.instance = NIF_WORD(at + 23u);
+        }
+        joined.logit = min(joined.logit, answer.logit);
+        precise float probability = joined.probability * answer.probability;
+        joined.probability = probability;
+        if (!answer.certain) {
+          joined.open_begin = nif_smaller(answer.open_begin, joined.open_begin);
+          joined.open_end = nif_larger(answer.open_end, joined.open_end);
+        }
+      }
+      at += 24u;
     }
-    if (!alone && !nif_may_meet(at + 15u, origin, direction, tmin, tmax)) {
-      continue;
-    }
-    NifAnswer answer = nif_ask_instance(scene, at, origin, direction, tmin, tmax, learned);
-    all_certain = (alone || all_certain) && answer.certain;
-    blocked = answer.certain && answer.logit < 0;
-    if (answer.logit < min(joined.logit, 0)) {
-      joined.instance = NIF_WORD(at + 23u);
-    }
-    joined.logit = min(joined.logit, answer.logit);
-    precise float probability = joined.probability * answer.probability;
-    joined.probability = probability;
-    if (!answer.certain) {
-      joined.open_begin = nif_smaller(answer.open_begin, joined.open_begin);
-      joined.open_end = nif_larger(answer.open_end, joined.open_end);
-    }
+    all_certain = all_certain && i == here;
+    node = meets ? node + 8u : scene + NIF_WORD(node + 6u);
   }
+  all_certain = all_certain && node >= end;
   joined.visible = joined.logit >= 0;
   joined.certain = joined.visible ? all_certain : blocked;
   return joined;
+}
+
+// ---- First hits
+
+// Looks for a nearer triangle in one object. `stays`: what is proven for this ray is so in the world.
+void nif_find_first(uint object, vec3 origin, vec3 direction, float tmin, float tmax, float moved, bool stays,
+                    uint instance) {
+  nif_object = object;
+  bool is_known = nif_header(0u) == 0x5346494eu && nif_header(1u) == 2u;
+  uint flags = is_known ? nif_header(3u) : 0u;
+  bool has_planes = (flags & 8u) != 0u;
+  bool has_triangles = NIF_TRIANGLES && (flags & 4u) != 0u;
+  NifAnswer answer = NifAnswer(false, false, -1, 0.5, tmin, tmax, NIF_NONE);
+  if (has_planes) {
+    answer = nif_ask_planes(origin, direction, tmin, tmax, false);
+  }
+  bool passes = answer.certain && answer.visible;
+  bool proves = passes && stays;
+  if (has_triangles && !passes) {
+    if (nif_enter_tree(origin, direction, tmin, tmax, moved)) {
+      if (!answer.certain) {
+        nif_leave_boxes_outside(answer.open_begin, answer.open_end);
+      }
+      nif_walk_tree(instance);
+      proves = nif_in_reach && stays;
+    } else {
+      proves = stays && NIF_PROVES && tmin > tmax;
+    }
+  }
+  if (!proves) {  // or its planes may block the ray, but have no first hit
+    nif_doubtful = true;
+    nif_others_low = nif_smaller(has_triangles || !stays ? -nif_infinity() : answer.open_begin, nif_others_low);
+  }
+}
+
+// Which triangle of the source mesh it is, if the object knows; otherwise its own number.
+uint nif_source_triangle(uint triangle) {
+  uint bits = nif_header(52u);
+  if (bits == 0u) {
+    return triangle;
+  }
+  uint before = (triangle & 31u) * bits;
+  uint at = nif_object + nif_header(51u) + (triangle >> 5) * bits + (before >> 5);
+  uint shift = before & 31u;
+  uint low = NIF_WORD(at) >> shift;
+  uint high = NIF_WORD(at + 1u) << ((32u - shift) & 31u);
+  return (low | (shift != 0u ? high : 0u)) & (0xffffffffu >> (32u - bits));
+}
+
+// v in unit length, or 0.
+vec3 nif_unit(vec3 v) {
+  float largest = nif_largest(v);
+  precise vec3 scaled = v / (largest > 0.0 ? largest : 1.0);
+  precise vec3 squares = scaled * scaled;
+  precise float sum_2 = squares.x + squares.y;
+  precise float sum = sum_2 + squares.z;
+  float length = sqrt(sum);
+  precise vec3 unit = scaled / (length > 0.0 ? length : 1.0);
+  return unit;
+}
+
+// What has been found.
+NifHit nif_take_hit(vec3 direction) {
+  NifHit hit = NifHit(false, !nif_doubtful, nif_infinity(), vec3(0.0), NIF_NONE, 0.0, 0.0, NIF_NONE);
+  if (nif_hit_triangle == NIF_NONE) {
+    return hit;
+  }
+  nif_object = nif_hit_object;
+  hit.hit = true;
+  hit.certain = nif_hit_surely && nif_hit_high < nif_others_low;
+  hit.t = nif_hit_t;
+  hit.triangle = nif_source_triangle(nif_hit_triangle);
+  hit.u = nif_hit_u;
+  hit.v = nif_hit_v;
+  uint vertices = nif_object + nif_header(50u) + 3u * nif_hit_vertex;
+  vec3 p = nif_vector(vertices + 3u * (nif_hit_corners & 255u));
+  precise vec3 edge_1 = nif_vector(vertices + 3u * ((nif_hit_corners >> 8) & 255u)) - p;
+  precise vec3 edge_2 = nif_vector(vertices + 3u * ((nif_hit_corners >> 16) & 255u)) - p;
+  vec3 way_1 = nif_unit(edge_1);
+  vec3 way_2 = nif_unit(edge_2);
+  precise vec3 plus = way_1.yzx * way_2.zxy;
+  precise vec3 minus = way_1.zxy * way_2.yzx;
+  precise vec3 across = plus - minus;
+  vec3 normal = across;
+  if (nif_hit_instance != NIF_NONE) {
+    hit.instance = NIF_WORD(nif_hit_instance + 23u);
+    if ((NIF_WORD(nif_hit_instance + 21u) & 0x20000000u) == 0u) {
+      precise vec3 by_x = nif_vector(nif_hit_instance) * across.x;
+      precise vec3 by_y = nif_vector(nif_hit_instance + 3u) * across.y;
+      precise vec3 by_z = nif_vector(nif_hit_instance + 6u) * across.z;
+      precise vec3 by_two = by_x + by_y;
+      precise vec3 by_all = by_two + by_z;
+      normal = by_all;
+    }
+  }
+  vec3 way = nif_unit(direction);
+  normal = nif_unit(normal);
+  float facing = nif_row(normal, way);
+  normal = facing > 0.0 ? -normal : normal;
+  hit.normal = nif_largest(normal) > 0.0 ? normal : -way;
+  return hit;
 }
 
 // ---- What to call. `object` is the first word of the object's tables in the buffer: 0 if it has but one.
@@ -801,13 +1262,13 @@ NifAnswer nif_ask_scene(uint scene, vec3 origin, vec3 direction, float tmin, flo
 // Does anything block one of the points origin + t direction, tmin <= t <= tmax? Planes prove most answers, and the
 // network decides the rest. Without a network (`proof`) a ray that is left open counts as occluded, not certain.
 NifAnswer nif_query(uint object, vec3 origin, vec3 direction, float tmin, float tmax) {
-  return nif_ask(object, origin, direction, tmin, tmax, true);
+  return nif_ask(object, origin, direction, tmin, tmax, true, -1.0);
 }
 
 // The same by proofs alone: if the answer is not certain, test your own triangles from open_begin to open_end.
 NifAnswer nif_prove(uint object, vec3 origin, vec3 direction, float tmin, float tmax) {
   bool valid = nif_is_valid(origin, direction, tmin, tmax);
-  return nif_or_open(nif_ask(object, origin, direction, tmin, tmax, false), valid);
+  return nif_or_open(nif_ask(object, origin, direction, tmin, tmax, false, -1.0), valid);
 }
 
 // The same of a scene, whose words begin at `scene`, for a ray in world space. It meets the instances whose mask has a bit
@@ -818,4 +1279,50 @@ NifAnswer nif_query_scene(uint scene, vec3 origin, vec3 direction, float tmin, f
 NifAnswer nif_prove_scene(uint scene, vec3 origin, vec3 direction, float tmin, float tmax, uint mask) {
   bool valid = nif_is_valid(origin, direction, tmin, tmax);
   return nif_or_open(nif_ask_scene(scene, origin, direction, tmin, tmax, mask, false), valid);
+}
+
+// The first triangle that the ray hits, of an object or of a scene. Objects without triangles are not hit; if they may be in
+// the way, the hit is not certain.
+NifHit nif_first_hit(uint object, vec3 origin, vec3 direction, float tmin, float tmax) {
+  nif_forget_triangles(true);
+  nif_find_first(object, origin, direction, tmin, tmax, -1.0, true, NIF_NONE);
+  return nif_take_hit(direction);
+}
+NifHit nif_first_hit_scene(uint scene, vec3 origin, vec3 direction, float tmin, float tmax, uint mask) {
+  nif_forget_triangles(true);
+  if (NIF_WORD(scene) != 0x4346494eu || NIF_WORD(scene + 1u) != 2u) {
+    nif_doubtful = true;
+    return nif_take_hit(direction);
+  }
+  bool alone = NIF_WORD(scene + 4u) == 1u;
+  bool valid = nif_is_valid(origin, direction, tmin, tmax);
+  bool no_points = !nif_is_nan(tmin) && !nif_is_nan(tmax) && tmin > tmax;
+  nif_doubtful = !NIF_PROVES || (NIF_WORD(scene + 3u) & 2u) == 0u || (!valid && !no_points);
+  nif_others_low = nif_doubtful ? -nif_infinity() : nif_infinity();
+  uint node = scene + NIF_WORD(scene + 11u);
+  uint end = scene + NIF_WORD(scene + 12u);
+  bool complete = true;
+  for (; node < end;) {
+    float until = nif_smaller(tmax, nif_hit_high);
+    bool meets = alone || (valid && nif_may_meet(node, origin, direction, tmin, until));
+    uint list = NIF_WORD(node + 7u);
+    uint at = scene + 16u + 24u * (list >> 3);
+    uint here = meets ? list & 7u : 0u;
+    uint i = 0u;
+    for (; i < here; ++i) {
+      if ((NIF_WORD(at + 22u) & mask) != 0u && (alone || nif_may_meet(at + 15u, origin, direction, tmin, tmax))) {
+        nif_enter_instance(scene, at, origin, direction, tmin, tmax);
+        nif_find_first(nif_local_object, nif_local_origin, nif_local_direction, tmin, tmax, nif_local_moved,
+                       nif_local_stays, at);
+      }
+      at += 24u;
+    }
+    complete = complete && i == here;
+    node = meets ? node + 8u : scene + NIF_WORD(node + 6u);
+  }
+  if (!complete || node < end) {
+    nif_doubtful = true;
+    nif_others_low = -nif_infinity();
+  }
+  return nif_take_hit(direction);
 }

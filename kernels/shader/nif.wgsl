@@ -5,6 +5,7 @@ fn nif_word(i : u32) -> u32 { return nif_words[i]; }
 const NIF_NETWORK_WORDS : u32 = 12u;
 const NIF_CERTAIN_REACH : f32 = 8192.0;
 const NIF_PROVES : bool = false;  // WGSL may reorder sums, and for that no bound is derived: no answer is certain
+const NIF_TRIANGLES : bool = true;
 
 struct NifAnswer {
   visible : bool,  // false: something blocks the ray
@@ -14,6 +15,17 @@ struct NifAnswer {
   open_begin : f32,  // if the planes prove nothing: whatever blocks the ray does so between these two t
   open_end : f32,
   instance : u32,  // of a scene: what blocks the ray; NIF_NONE if it is visible, or of an object alone
+}
+
+struct NifHit {
+  hit : bool,
+  certain : bool,  // it is proven that nothing is hit, or that this triangle is hit first
+  t : f32,  // infinite if nothing is hit
+  normal : vec3<f32>,  // of the triangle, of unit length, on the side that the ray comes from
+  triangle : u32,  // as in NifHits, or NIF_NONE
+  u : f32,  // the hit is at (1 - u - v) * first corner + u * second + v * third
+  v : f32,
+  instance : u32,  // of a scene
 }
 
 const NIF_NONE : u32 = 0xffffffffu;
@@ -532,6 +544,292 @@ fn nif_evaluate() -> i32 {
   return -1;
 }
 
+// ---- Triangles: a tree of boxes whose nodes lie depth first, so that no stack is needed. The triangle's vectors are turned
+// to end with the axis along which the ray moves most, and sheared so that the ray runs along it.
+
+var<private> nif_steep : u32;  // that axis
+var<private> nif_steepest : f32;  // the direction along it, without its sign
+var<private> nif_from : vec3<f32>;  // the ray's origin, turned
+var<private> nif_slope_x : f32;
+var<private> nif_slope_y : f32;
+var<private> nif_per_unit : f32;  // t for a unit along that axis
+var<private> nif_error_share : f32;  // sheared coordinates are off by less than this share of the distance, and nif_error_least
+var<private> nif_error_least : f32;
+var<private> nif_in_reach : bool;  // of proofs
+var<private> nif_back : vec3<bool>;  // where the direction is negative
+var<private> nif_box_step : vec3<f32>;  // boxes count t by nif_steepest
+var<private> nif_box_near : vec3<f32>;
+var<private> nif_box_far : vec3<f32>;
+var<private> nif_box_enter : f32;
+var<private> nif_box_leave : f32;
+var<private> nif_tmin : f32;
+var<private> nif_tmax : f32;
+var<private> nif_looks_for_first : bool;  // else for any triangle
+var<private> nif_met : bool;  // one, as single precision says
+var<private> nif_met_surely : bool;
+var<private> nif_doubtful : bool;  // there is a triangle of which rounding decides whether it is met
+var<private> nif_found : bool;  // no other triangle matters
+var<private> nif_hit_surely : bool;  // the nearest one
+var<private> nif_hit_t : f32;
+var<private> nif_hit_low : f32;  // it is met from here
+var<private> nif_hit_high : f32;  // to here
+var<private> nif_hit_u : f32;
+var<private> nif_hit_v : f32;
+var<private> nif_hit_triangle : u32;
+var<private> nif_hit_corners : u32;  // their word
+var<private> nif_hit_vertex : u32;  // the first of the leaf
+var<private> nif_hit_object : u32;
+var<private> nif_hit_instance : u32;  // its first word, or NIF_NONE
+var<private> nif_others_low : f32;  // none of the others is met before
+
+fn nif_vector(at : u32) -> vec3<f32> {
+  return vec3<f32>(bitcast<f32>(nif_word(at)), bitcast<f32>(nif_word(at + 1u)), bitcast<f32>(nif_word(at + 2u)));
+}
+fn nif_turn(v : vec3<f32>) -> vec3<f32> { return select((select(v.zxy, v.yzx, nif_steep == 0u)), v, nif_steep == 2u); }
+fn nif_least(v : vec3<f32>) -> f32 { return nif_smaller(v.z, nif_smaller(v.y, v.x)); }
+fn nif_most(v : vec3<f32>) -> f32 { return nif_larger(v.z, nif_larger(v.y, v.x)); }
+
+// Prepares a ray for the object's triangles. Returns false if it meets none, without a look at them. `moved`: the sum of
+// magnitudes from which an instance's transform has made the origin, or negative.
+fn nif_enter_tree(origin : vec3<f32>, direction : vec3<f32>, tmin : f32, tmax : f32, moved : f32) -> bool {
+  let extent : f32 = nif_number(53u);
+  let far : f32 = nif_largest(origin);
+  let reach : f32 = nif_larger(far, extent);
+  nif_steepest = nif_largest(direction);
+  let farthest : f32 = extent * 4294967296.0;
+  // From 2^-60 to 2^60, and to 2^61 for the reach.
+  let moves : bool = nif_steepest >= 8.67361737988403547e-19 && nif_steepest <= 1.152921504606846976e18;
+  if (!nif_all_finite(origin) || !nif_all_finite(direction) || !moves || far > farthest || nif_is_nan(tmin) || nif_is_nan(tmax) || !(tmin <= tmax) || !(reach <= 2.305843009213693952e18)) {
+    return false;
+  }
+  let steep : vec3<f32> = abs(direction);
+  nif_steep = select(0u, 1u, steep.y > steep.x);
+  nif_steep = select(nif_steep, 2u, steep.z > nif_larger(steep.x, steep.y));
+  nif_from = nif_turn(origin);
+  let turned : vec3<f32> = nif_turn(direction);
+  let slope_x : f32 = turned.x / turned.z;
+  let slope_y : f32 = turned.y / turned.z;
+  let per_unit : f32 = 1.0 / turned.z;
+  nif_slope_x = slope_x;
+  nif_slope_y = slope_y;
+  nif_per_unit = per_unit;
+  nif_tmin = tmin;
+  nif_tmax = tmax;
+
+  // How far rounding may move it, and what is too far away, too small or too large for that bound (docs/shaders.md).
+  let is_moved : bool = moved >= 0.0;
+  nif_error_share = select(9.5367431640625e-7, 3.814697265625e-6, is_moved);  // 2^-18, 2^-20
+  let error_least : f32 = reach * 9.31322574615478515625e-10;  // 2^-30
+  let error_moved : f32 = moved * 1.9073486328125e-6;  // 2^-19
+  let error_both : f32 = error_least + error_moved;
+  nif_error_least = select(error_least, error_both, is_moved);
+  let near : f32 = extent * 1024.0;
+  let proves : bool = NIF_PROVES && (nif_header(3u) & 2u) != 0u;
+  // At most 1024 extents away; from 2^-30 to 2^36; a direction from 2^-40 to 2^40.
+  let near_enough : bool = reach <= near && reach <= 6.8719476736e10 && extent >= 9.31322574615478515625e-10;
+  let steep_enough : bool = nif_steepest <= 1.099511627776e12 && nif_steepest >= 9.094947017729282379e-13;
+  nif_in_reach = proves && near_enough && steep_enough;
+
+  // Boxes grow by more than any of that, up to where they would no longer be of use.
+  let useful : f32 = extent * 2048.0;
+  let counted : f32 = nif_smaller(reach, useful);
+  let rounding : f32 = counted * 3.814697265625e-6;
+  let share : f32 = nif_error_share * 4.0;
+  let growth : f32 = counted * share;
+  let grown : f32 = rounding + growth;
+  let twice : f32 = nif_error_least * 2.0;
+  let padding : f32 = grown + twice;
+  var outward : vec3<f32> = vec3<f32>(padding);
+  var way : vec3<f32>;
+  for (var a : i32 = 0; a < 3; a++) {
+    nif_back[a] = direction[a] < 0.0;
+    let share_of : f32 = steep[a] / nif_steepest;
+    let size : f32 = nif_larger(share_of, 9.31322574615478515625e-10);  // 2^-30
+    way[a] = select(size, -size, nif_back[a]);
+    outward[a] = select(padding, -padding, nif_back[a]);
+  }
+  let inverse : vec3<f32> = 1.0 / way;
+  let box_step : vec3<f32> = nif_vector(nif_object + 57u) * inverse;
+  nif_box_step = box_step;
+  let corner : vec3<f32> = nif_vector(nif_object + 54u);
+  let near_origin : vec3<f32> = origin + outward;
+  let near_corner : vec3<f32> = corner - near_origin;
+  let box_near : vec3<f32> = near_corner * inverse;
+  nif_box_near = box_near;
+  let far_origin : vec3<f32> = origin - outward;
+  let far_corner : vec3<f32> = corner - far_origin;
+  let box_far : vec3<f32> = far_corner * inverse;
+  nif_box_far = box_far;
+  let distance : f32 = reach * 4.0;  // nothing is met beyond
+  let last : f32 = distance / nif_steepest;
+  let enter : f32 = nif_larger(tmin, -last) * nif_steepest;
+  let until : f32 = nif_smaller(tmax, nif_hit_high);
+  let leave : f32 = nif_smaller(until, last) * nif_steepest;
+  nif_box_enter = enter;
+  nif_box_leave = leave;
+  return true;
+}
+
+// Does the ray perhaps meet something in a node's box?
+fn nif_meets_box(at : u32) -> bool {
+  let words : vec3<u32> = vec3<u32>(nif_word(at), nif_word(at + 1u), nif_word(at + 2u));
+  let low : vec3<f32> = vec3<f32>(words & vec3<u32>(65535u));
+  let high : vec3<f32> = vec3<f32>(words >> vec3<u32>(16u));
+  let first : vec3<f32> = vec3<f32>(select(low.x, high.x, nif_back.x), select(low.y, high.y, nif_back.y), select(low.z, high.z, nif_back.z));
+  let last : vec3<f32> = vec3<f32>(select(high.x, low.x, nif_back.x), select(high.y, low.y, nif_back.y), select(high.z, low.z, nif_back.z));
+  let to_first : vec3<f32> = first * nif_box_step;
+  let enters : vec3<f32> = to_first + nif_box_near;
+  let to_last : vec3<f32> = last * nif_box_step;
+  let leaves : vec3<f32> = to_last + nif_box_far;
+  return nif_larger(nif_most(enters), nif_box_enter) <= nif_smaller(nif_least(leaves), nif_box_leave);
+}
+
+// Does the ray meet a triangle? Both triangles of an edge see it by the same numbers, so that no ray passes between them.
+// Returns false if it certainly does not; then nothing else is set.
+fn nif_meet_triangle(p : vec3<f32>, q : vec3<f32>, r : vec3<f32>, triangle : u32) -> bool {
+  let to_p : vec3<f32> = nif_turn(p) - nif_from;
+  let to_q : vec3<f32> = nif_turn(q) - nif_from;
+  let to_r : vec3<f32> = nif_turn(r) - nif_from;
+  let depths : vec3<f32> = vec3<f32>(to_p.z, to_q.z, to_r.z);
+  let shift_x : vec3<f32> = depths * nif_slope_x;
+  let shift_y : vec3<f32> = depths * nif_slope_y;
+  let x : vec3<f32> = vec3<f32>(to_p.x, to_q.x, to_r.x) - shift_x;
+  let y : vec3<f32> = vec3<f32>(to_p.y, to_q.y, to_r.y) - shift_y;
+  let plus : vec3<f32> = x.zxy * y.yzx;
+  let minus : vec3<f32> = y.zxy * x.yzx;
+  let sides : vec3<f32> = plus - minus;
+
+  // Bounds of their errors: e (|x| + |y| of both ends of the edge + e) 2, where e is that of a sheared coordinate.
+  let distance : f32 = nif_larger(nif_largest(to_p), nif_larger(nif_largest(to_q), nif_largest(to_r)));
+  let error_far : f32 = distance * nif_error_share;
+  let error : f32 = error_far + nif_error_least;
+  let error_2 : f32 = error * 2.0;
+  let sizes : vec3<f32> = abs(x) + abs(y);
+  let spans : vec3<f32> = sizes.zxy + sizes.yzx;
+  let grown : vec3<f32> = spans + error;
+  let bounds : vec3<f32> = grown * error_2;
+  let left : bool = sides.x > bounds.x || sides.y > bounds.y || sides.z > bounds.z;
+  let right : bool = sides.x < -bounds.x || sides.y < -bounds.y || sides.z < -bounds.z;
+  if (left && right) {
+    return false;  // beside it
+  }
+  let arrivals : vec3<f32> = depths * nif_per_unit;
+  let slack : f32 = error_2 * abs(nif_per_unit);
+  var low : f32 = nif_least(arrivals) - slack;
+  var high : f32 = nif_most(arrivals) + slack;
+  if (low > nif_tmax || high < nif_tmin || low > nif_hit_high) {
+    return false;
+  }
+
+  var inside : bool = nif_least(sides) >= 0.0 || nif_most(sides) <= 0.0;
+  let sum_2 : f32 = sides.x + sides.y;
+  let sum : f32 = sum_2 + sides.z;
+  inside = inside && sum != 0.0;
+  var surely : bool = (sides.x > bounds.x && sides.y > bounds.y && sides.z > bounds.z) || (sides.x < -bounds.x && sides.y < -bounds.y && sides.z < -bounds.z);
+  let per_sum : f32 = 1.0 / (select(1.0, sum, sum != 0.0));
+  let weights : vec3<f32> = sides * per_sum;
+  let parts : vec3<f32> = weights * depths;
+  let parts_2 : f32 = parts.x + parts.y;
+  let depth : f32 = parts_2 + parts.z;
+  let t : f32 = depth * nif_per_unit;
+  if (surely) {
+    let bounds_2 : f32 = bounds.x + bounds.y;
+    let bounds_3 : f32 = bounds_2 + bounds.z;
+    let off : f32 = bounds_3 * abs(per_sum);
+    let range : f32 = nif_most(arrivals) - nif_least(arrivals);
+    let moved : f32 = range * off;
+    let slack_2 : f32 = slack * 2.0;
+    let slack_3 : f32 = moved + slack_2;
+    let t_low : f32 = t - slack_3;
+    let t_high : f32 = t + slack_3;
+    low = t_low;
+    high = t_high;
+    if (low > nif_tmax || high < nif_tmin) {
+      return false;
+    }
+    surely = low >= nif_tmin && high <= nif_tmax;
+  }
+  let met : bool = inside && nif_tmin <= t && t <= nif_tmax;
+  nif_met = nif_met || met;
+  nif_met_surely = nif_met_surely || surely;
+  nif_doubtful = nif_doubtful || !surely;
+  if (!nif_looks_for_first) {
+    nif_found = nif_met_surely || (met && !nif_in_reach);
+    return met;
+  }
+  let nearer : bool = met && (t < nif_hit_t || (t == nif_hit_t && triangle < nif_hit_triangle));
+  nif_others_low = nif_smaller(select(low, nif_hit_low, nearer), nif_others_low);
+  if (nearer) {
+    nif_hit_t = t;
+    nif_hit_low = low;
+    nif_hit_high = high;
+    nif_hit_u = weights.y;
+    nif_hit_v = weights.z;
+    nif_hit_triangle = triangle;
+    nif_hit_surely = surely;
+    let leave : f32 = high * nif_steepest;
+    nif_box_leave = nif_smaller(leave, nif_box_leave);
+  }
+  return nearer;
+}
+
+// Every step goes on in the buffer, because a tree has no link back. Some devices end long loops early: then nothing is
+// proven. `instance`: for nif_hit_instance.
+fn nif_walk_tree(instance : u32) {
+  let tree : u32 = nif_object + nif_header(48u);
+  let end : u32 = nif_object + nif_header(49u);
+  let vertices : u32 = nif_object + nif_header(50u);
+  var at : u32 = tree;
+  for (; at < end && !nif_found; ) {
+    let link : u32 = nif_word(at + 3u);
+    let count : u32 = select(0u, link & 7u, (link & 0x80000000u) != 0u);
+    var next : u32 = select(tree + link, at + 6u + count, count != 0u);
+    if (nif_meets_box(at)) {
+      next = select(at + 4u, next, count != 0u);
+      var k : u32 = 0u;
+      for (; k < count && !nif_found; k++) {
+        let corners : u32 = nif_word(at + 6u + k);
+        let first : u32 = nif_word(at + 4u);
+        let p : u32 = vertices + 3u * (first + (corners & 255u));
+        let q : u32 = vertices + 3u * (first + ((corners >> 8) & 255u));
+        let r : u32 = vertices + 3u * (first + ((corners >> 16) & 255u));
+        if (nif_meet_triangle(nif_vector(p), nif_vector(q), nif_vector(r), nif_word(at + 5u) + k)) {
+          nif_hit_corners = corners;
+          nif_hit_vertex = first;
+          nif_hit_object = nif_object;
+          nif_hit_instance = instance;
+        }
+      }
+      nif_in_reach = nif_in_reach && (k == count || nif_found);
+    }
+    at = next;
+  }
+  nif_in_reach = nif_in_reach && (at >= end || nif_found);
+}
+
+// Only boxes between two t are entered from now on.
+fn nif_leave_boxes_outside(begin : f32, end : f32) {
+  let enter : f32 = begin * nif_steepest;
+  let leave : f32 = end * nif_steepest;
+  nif_box_enter = nif_larger(enter, nif_box_enter);
+  nif_box_leave = nif_smaller(leave, nif_box_leave);
+}
+
+// Before the first triangle.
+fn nif_forget_triangles(first : bool) {
+  nif_looks_for_first = first;
+  nif_met = false;
+  nif_met_surely = false;
+  nif_doubtful = false;
+  nif_found = false;
+  nif_hit_t = nif_infinity();
+  nif_hit_low = nif_infinity();
+  nif_hit_high = nif_infinity();
+  nif_hit_triangle = NIF_NONE;
+  nif_hit_surely = false;
+  nif_others_low = nif_infinity();
+}
+
 // ---- Queries
 
 // Not where a number is not finite (tmin and tmax may be infinite), the origin is 2^126 or more, the direction is 0 or too
@@ -555,13 +853,9 @@ fn nif_or_open(answer : NifAnswer, valid : bool) -> NifAnswer {
   return open;
 }
 
-// The whole of it; `learned`: ask the network about what the planes leave open, if there is one.
-fn nif_ask(object : u32, origin : vec3<f32>, direction : vec3<f32>, tmin : f32, tmax : f32, learned : bool) -> NifAnswer {
-  nif_object = object;
+// By planes, and if `learned` by the network about what they leave open, if there is one.
+fn nif_ask_planes(origin : vec3<f32>, direction : vec3<f32>, tmin : f32, tmax : f32, learned : bool) -> NifAnswer {
   var answer : NifAnswer = NifAnswer(false, false, -1, 0.5, tmin, tmax, NIF_NONE);
-  if (nif_header(0u) != 0x5346494eu || nif_header(1u) != 1u) {
-    return answer;  // not tables that this file reads
-  }
   let flags : u32 = nif_header(3u);
   let samples : u32 = nif_header(18u);
   let has_network : bool = learned && (flags & 1u) != 0u && nif_header(21u) <= u32(NIF_NETWORK_WORDS);
@@ -628,6 +922,48 @@ fn nif_ask(object : u32, origin : vec3<f32>, direction : vec3<f32>, tmin : f32, 
   return answer;
 }
 
+// By triangles, and before them by planes if the object has both.
+fn nif_ask_triangles(origin : vec3<f32>, direction : vec3<f32>, tmin : f32, tmax : f32, moved : f32) -> NifAnswer {
+  var answer : NifAnswer = NifAnswer(true, false, NIF_CERTAIN_LOGIT, 1.0, tmin, tmax, NIF_NONE);
+  let proves : bool = NIF_PROVES && (nif_header(3u) & 2u) != 0u;
+  nif_forget_triangles(false);
+  if (!nif_enter_tree(origin, direction, tmin, tmax, moved)) {
+    answer.certain = proves && !nif_is_nan(tmin) && !nif_is_nan(tmax) && tmin > tmax;
+    return answer;
+  }
+  if ((nif_header(3u) & 8u) != 0u) {
+    answer = nif_ask_planes(origin, direction, tmin, tmax, false);
+    if (answer.certain) {
+      return answer;
+    }
+    nif_leave_boxes_outside(answer.open_begin, answer.open_end);
+  }
+  nif_walk_tree(NIF_NONE);
+  answer.visible = !nif_met;
+  answer.certain = nif_in_reach && (nif_met_surely || !nif_doubtful);
+  answer.logit = select(-1, 0, answer.visible);
+  answer.probability = 0.5;
+  if (answer.certain) {
+    answer.logit = select(-NIF_CERTAIN_LOGIT, NIF_CERTAIN_LOGIT, answer.visible);
+    answer.probability = select(0.0, 1.0, answer.visible);
+  }
+  return answer;
+}
+
+// The whole of it. `moved`: as for nif_enter_tree().
+fn nif_ask(object : u32, origin : vec3<f32>, direction : vec3<f32>, tmin : f32, tmax : f32, learned : bool, moved : f32) -> NifAnswer {
+  nif_object = object;
+  let flags : u32 = nif_header(3u);
+  let has_triangles : bool = (flags & 4u) != 0u;
+  if (nif_header(0u) != 0x5346494eu || nif_header(1u) != 2u || (has_triangles && !NIF_TRIANGLES)) {
+    return NifAnswer(false, false, -1, 0.5, tmin, tmax, NIF_NONE);  // not tables that this file reads
+  }
+  if (NIF_TRIANGLES && has_triangles) {
+    return nif_ask_triangles(origin, direction, tmin, tmax, moved);
+  }
+  return nif_ask_planes(origin, direction, tmin, tmax, learned);
+}
+
 // ---- Scenes
 
 // The sum of three products, in the CPU's order.
@@ -653,10 +989,6 @@ fn nif_slab(low : f32, high : f32, origin : f32, direction : f32) -> bool {
   return true;
 }
 
-fn nif_vector(at : u32) -> vec3<f32> {
-  return vec3<f32>(bitcast<f32>(nif_word(at)), bitcast<f32>(nif_word(at + 1u)), bitcast<f32>(nif_word(at + 2u)));
-}
-
 // Whether a valid ray may meet the box of an instance. A ray that does not certainly misses it, from anywhere.
 fn nif_may_meet(box : u32, origin : vec3<f32>, direction : vec3<f32>, tmin : f32, tmax : f32) -> bool {
   let low : vec3<f32> = nif_vector(box);
@@ -677,13 +1009,20 @@ fn nif_may_meet(box : u32, origin : vec3<f32>, direction : vec3<f32>, tmin : f32
   return begin <= end;
 }
 
-// The answer of one instance, whose words begin at `at`, for a ray in world space.
-fn nif_ask_instance(scene : u32, at : u32, origin : vec3<f32>, direction : vec3<f32>, tmin : f32, tmax : f32, learned : bool) -> NifAnswer {
+var<private> nif_local_object : u32;
+var<private> nif_local_origin : vec3<f32>;
+var<private> nif_local_direction : vec3<f32>;
+var<private> nif_local_moved : f32;  // as for nif_enter_tree()
+var<private> nif_local_stays : bool;  // what is proven in object space is so in the world
+
+// Takes a ray to the space of an instance whose words begin at `at`: sets nif_local_origin and what follows it.
+fn nif_enter_instance(scene : u32, at : u32, origin : vec3<f32>, direction : vec3<f32>, tmin : f32, tmax : f32) {
   let word : u32 = nif_word(at + 21u);
-  let object : u32 = scene + (word & 0x1fffffffu);
+  nif_local_object = scene + (word & 0x1fffffffu);
+  nif_local_origin = origin;
+  nif_local_direction = direction;
+  nif_local_moved = -1.0;
   var stays : bool = true;
-  var local_origin : vec3<f32> = origin;
-  var local_direction : vec3<f32> = direction;
   if ((word & 0x20000000u) == 0u) {  // not the identity
     let row_x : vec3<f32> = nif_vector(at);
     let row_y : vec3<f32> = nif_vector(at + 3u);
@@ -691,8 +1030,8 @@ fn nif_ask_instance(scene : u32, at : u32, origin : vec3<f32>, direction : vec3<
     let remainder : vec3<f32> = nif_vector(at + 12u);
     let moved : vec3<f32> = origin - nif_vector(at + 9u);
     let relative : vec3<f32> = moved - remainder;
-    local_origin = vec3<f32>(nif_row(row_x, relative), nif_row(row_y, relative), nif_row(row_z, relative));
-    local_direction = vec3<f32>(nif_row(row_x, direction), nif_row(row_y, direction), nif_row(row_z, direction));
+    nif_local_origin = vec3<f32>(nif_row(row_x, relative), nif_row(row_y, relative), nif_row(row_z, relative));
+    nif_local_direction = vec3<f32>(nif_row(row_x, direction), nif_row(row_y, direction), nif_row(row_z, direction));
     // Whether a proof for the ray in object space holds in the world: rounding must move it little.
     let far : vec3<f32> = abs(relative);
     let steep : vec3<f32> = abs(direction);
@@ -701,14 +1040,21 @@ fn nif_ask_instance(scene : u32, at : u32, origin : vec3<f32>, direction : vec3<
     let reach : f32 = nif_largest(reaches);
     let remains : bool = remainder.x != 0.0 || remainder.y != 0.0 || remainder.z != 0.0;
     let longer : f32 = reach * 1.25;
-    let cells : f32 = (select(reach, longer, remains)) * bitcast<f32>(nif_word(object + 7u));
+    nif_local_moved = select(reach, longer, remains);
+    let cells : f32 = nif_local_moved * bitcast<f32>(nif_word(nif_local_object + 47u));
     let most : f32 = NIF_CERTAIN_REACH * 0.125;
     let times : f32 = NIF_CERTAIN_REACH * 0.000244140625;  // 4 for the CPU's reach
-    let wide : f32 = times * nif_largest(local_direction);
+    let wide : f32 = times * nif_largest(nif_local_direction);
     stays = tmin > tmax || ((word & 0x40000000u) != 0u && cells <= most && nif_largest(spreads) <= wide);
   }
-  var answer : NifAnswer = nif_ask(object, local_origin, local_direction, tmin, tmax, learned);
-  if (!stays || (word & 0x80000000u) != 0u) {
+  nif_local_stays = stays && (word & 0x80000000u) == 0u;
+}
+
+// The answer of one instance for a ray in world space.
+fn nif_ask_instance(scene : u32, at : u32, origin : vec3<f32>, direction : vec3<f32>, tmin : f32, tmax : f32, learned : bool) -> NifAnswer {
+  nif_enter_instance(scene, at, origin, direction, tmin, tmax);
+  var answer : NifAnswer = nif_ask(nif_local_object, nif_local_origin, nif_local_direction, tmin, tmax, learned, nif_local_moved);
+  if (!nif_local_stays) {
     answer.certain = false;
     answer.open_begin = tmin;
     answer.open_end = tmax;
@@ -719,7 +1065,7 @@ fn nif_ask_instance(scene : u32, at : u32, origin : vec3<f32>, direction : vec3<
 // The answers of all instances joined: one that blocks the ray is enough.
 fn nif_ask_scene(scene : u32, origin : vec3<f32>, direction : vec3<f32>, tmin : f32, tmax : f32, mask : u32, learned : bool) -> NifAnswer {
   var joined : NifAnswer = NifAnswer(false, false, -1, 0.5, tmin, tmax, NIF_NONE);
-  if (nif_word(scene) != 0x4346494eu || nif_word(scene + 1u) != 1u) {
+  if (nif_word(scene) != 0x4346494eu || nif_word(scene + 1u) != 2u) {
     return joined;  // not a scene that this file reads
   }
   let count : u32 = nif_word(scene + 4u);
@@ -733,32 +1079,140 @@ fn nif_ask_scene(scene : u32, origin : vec3<f32>, direction : vec3<f32>, tmin : 
     joined.open_begin = nif_infinity();
     joined.open_end = -nif_infinity();
   }
-  for (var i : u32 = 0u; i < count && !blocked; i++) {
-    let at : u32 = scene + 16u + 24u * i;
-    let alone : bool = count == 1u;  // then its box is not asked, as by the CPU
-    if ((nif_word(at + 22u) & mask) == 0u || (!alone && !valid)) {
-      continue;
+  let alone : bool = count == 1u;  // then its box is not asked, as by the CPU
+  var node : u32 = scene + nif_word(scene + 11u);
+  let end : u32 = scene + nif_word(scene + 12u);
+  for (; node < end && !blocked; ) {
+    let meets : bool = alone || (valid && nif_may_meet(node, origin, direction, tmin, tmax));
+    let list : u32 = nif_word(node + 7u);
+    var at : u32 = scene + 16u + 24u * (list >> 3);
+    let here : u32 = select(0u, list & 7u, meets);
+    var i : u32 = 0u;
+    for (; i < here && !blocked; i++) {
+      if ((nif_word(at + 22u) & mask) != 0u && (alone || nif_may_meet(at + 15u, origin, direction, tmin, tmax))) {
+        let answer : NifAnswer = nif_ask_instance(scene, at, origin, direction, tmin, tmax, learned);
+        all_certain = (alone || all_certain) && answer.certain;
+        blocked = answer.certain && answer.logit < 0;
+        if (answer.logit < min(joined.logit, 0)) {
+          joined.instance = nif_word(at + 23u);
+        }
+        joined.logit = min(joined.logit, answer.logit);
+        let probability : f32 = joined.probability * answer.probability;
+        joined.probability = probability;
+        if (!answer.certain) {
+          joined.open_begin = nif_smaller(answer.open_begin, joined.open_begin);
+          joined.open_end = nif_larger(answer.open_end, joined.open_end);
+        }
+      }
+      at += 24u;
     }
-    if (!alone && !nif_may_meet(at + 15u, origin, direction, tmin, tmax)) {
-      continue;
-    }
-    let answer : NifAnswer = nif_ask_instance(scene, at, origin, direction, tmin, tmax, learned);
-    all_certain = (alone || all_certain) && answer.certain;
-    blocked = answer.certain && answer.logit < 0;
-    if (answer.logit < min(joined.logit, 0)) {
-      joined.instance = nif_word(at + 23u);
-    }
-    joined.logit = min(joined.logit, answer.logit);
-    let probability : f32 = joined.probability * answer.probability;
-    joined.probability = probability;
-    if (!answer.certain) {
-      joined.open_begin = nif_smaller(answer.open_begin, joined.open_begin);
-      joined.open_end = nif_larger(answer.open_end, joined.open_end);
-    }
+    all_certain = all_certain && i == here;
+    node = select(scene + nif_word(node + 6u), node + 8u, meets);
   }
+  all_certain = all_certain && node >= end;
   joined.visible = joined.logit >= 0;
   joined.certain = select(blocked, all_certain, joined.visible);
   return joined;
+}
+
+// ---- First hits
+
+// Looks for a nearer triangle in one object. `stays`: what is proven for this ray is so in the world.
+fn nif_find_first(object : u32, origin : vec3<f32>, direction : vec3<f32>, tmin : f32, tmax : f32, moved : f32, stays : bool, instance : u32) {
+  nif_object = object;
+  let is_known : bool = nif_header(0u) == 0x5346494eu && nif_header(1u) == 2u;
+  let flags : u32 = select(0u, nif_header(3u), is_known);
+  let has_planes : bool = (flags & 8u) != 0u;
+  let has_triangles : bool = NIF_TRIANGLES && (flags & 4u) != 0u;
+  var answer : NifAnswer = NifAnswer(false, false, -1, 0.5, tmin, tmax, NIF_NONE);
+  if (has_planes) {
+    answer = nif_ask_planes(origin, direction, tmin, tmax, false);
+  }
+  let passes : bool = answer.certain && answer.visible;
+  var proves : bool = passes && stays;
+  if (has_triangles && !passes) {
+    if (nif_enter_tree(origin, direction, tmin, tmax, moved)) {
+      if (!answer.certain) {
+        nif_leave_boxes_outside(answer.open_begin, answer.open_end);
+      }
+      nif_walk_tree(instance);
+      proves = nif_in_reach && stays;
+    } else {
+      proves = stays && NIF_PROVES && tmin > tmax;
+    }
+  }
+  if (!proves) {  // or its planes may block the ray, but have no first hit
+    nif_doubtful = true;
+    nif_others_low = nif_smaller(select(answer.open_begin, -nif_infinity(), has_triangles || !stays), nif_others_low);
+  }
+}
+
+// Which triangle of the source mesh it is, if the object knows; otherwise its own number.
+fn nif_source_triangle(triangle : u32) -> u32 {
+  let bits : u32 = nif_header(52u);
+  if (bits == 0u) {
+    return triangle;
+  }
+  let before : u32 = (triangle & 31u) * bits;
+  let at : u32 = nif_object + nif_header(51u) + (triangle >> 5) * bits + (before >> 5);
+  let shift : u32 = before & 31u;
+  let low : u32 = nif_word(at) >> shift;
+  let high : u32 = nif_word(at + 1u) << ((32u - shift) & 31u);
+  return (low | (select(0u, high, shift != 0u))) & (0xffffffffu >> (32u - bits));
+}
+
+// v in unit length, or 0.
+fn nif_unit(v : vec3<f32>) -> vec3<f32> {
+  let largest : f32 = nif_largest(v);
+  let scaled : vec3<f32> = v / (select(1.0, largest, largest > 0.0));
+  let squares : vec3<f32> = scaled * scaled;
+  let sum_2 : f32 = squares.x + squares.y;
+  let sum : f32 = sum_2 + squares.z;
+  let length : f32 = sqrt(sum);
+  let unit : vec3<f32> = scaled / (select(1.0, length, length > 0.0));
+  return unit;
+}
+
+// What has been found.
+fn nif_take_hit(direction : vec3<f32>) -> NifHit {
+  var hit : NifHit = NifHit(false, !nif_doubtful, nif_infinity(), vec3<f32>(0.0), NIF_NONE, 0.0, 0.0, NIF_NONE);
+  if (nif_hit_triangle == NIF_NONE) {
+    return hit;
+  }
+  nif_object = nif_hit_object;
+  hit.hit = true;
+  hit.certain = nif_hit_surely && nif_hit_high < nif_others_low;
+  hit.t = nif_hit_t;
+  hit.triangle = nif_source_triangle(nif_hit_triangle);
+  hit.u = nif_hit_u;
+  hit.v = nif_hit_v;
+  let vertices : u32 = nif_object + nif_header(50u) + 3u * nif_hit_vertex;
+  let p : vec3<f32> = nif_vector(vertices + 3u * (nif_hit_corners & 255u));
+  let edge_1 : vec3<f32> = nif_vector(vertices + 3u * ((nif_hit_corners >> 8) & 255u)) - p;
+  let edge_2 : vec3<f32> = nif_vector(vertices + 3u * ((nif_hit_corners >> 16) & 255u)) - p;
+  let way_1 : vec3<f32> = nif_unit(edge_1);
+  let way_2 : vec3<f32> = nif_unit(edge_2);
+  let plus : vec3<f32> = way_1.yzx * way_2.zxy;
+  let minus : vec3<f32> = way_1.zxy * way_2.yzx;
+  let across : vec3<f32> = plus - minus;
+  var normal : vec3<f32> = across;
+  if (nif_hit_instance != NIF_NONE) {
+    hit.instance = nif_word(nif_hit_instance + 23u);
+    if ((nif_word(nif_hit_instance + 21u) & 0x20000000u) == 0u) {
+      let by_x : vec3<f32> = nif_vector(nif_hit_instance) * across.x;
+      let by_y : vec3<f32> = nif_vector(nif_hit_instance + 3u) * across.y;
+      let by_z : vec3<f32> = nif_vector(nif_hit_instance + 6u) * across.z;
+      let by_two : vec3<f32> = by_x + by_y;
+      let by_all : vec3<f32> = by_two + by_z;
+      normal = by_all;
+    }
+  }
+  let way : vec3<f32> = nif_unit(direction);
+  normal = nif_unit(normal);
+  let facing : f32 = nif_row(normal, way);
+  normal = select(normal, -normal, facing > 0.0);
+  hit.normal = select(-way, normal, nif_largest(normal) > 0.0);
+  return hit;
 }
 
 // ---- What to call. `object` is the first word of the object's tables in the buffer: 0 if it has but one.
@@ -766,13 +1220,13 @@ fn nif_ask_scene(scene : u32, origin : vec3<f32>, direction : vec3<f32>, tmin : 
 // Does anything block one of the points origin + t direction, tmin <= t <= tmax? Planes prove most answers, and the
 // network decides the rest. Without a network (`proof`) a ray that is left open counts as occluded, not certain.
 fn nif_query(object : u32, origin : vec3<f32>, direction : vec3<f32>, tmin : f32, tmax : f32) -> NifAnswer {
-  return nif_ask(object, origin, direction, tmin, tmax, true);
+  return nif_ask(object, origin, direction, tmin, tmax, true, -1.0);
 }
 
 // The same by proofs alone: if the answer is not certain, test your own triangles from open_begin to open_end.
 fn nif_prove(object : u32, origin : vec3<f32>, direction : vec3<f32>, tmin : f32, tmax : f32) -> NifAnswer {
   let valid : bool = nif_is_valid(origin, direction, tmin, tmax);
-  return nif_or_open(nif_ask(object, origin, direction, tmin, tmax, false), valid);
+  return nif_or_open(nif_ask(object, origin, direction, tmin, tmax, false, -1.0), valid);
 }
 
 // The same of a scene, whose words begin at `scene`, for a ray in world space. It meets the instances whose mask has a bit
@@ -783,4 +1237,49 @@ fn nif_query_scene(scene : u32, origin : vec3<f32>, direction : vec3<f32>, tmin 
 fn nif_prove_scene(scene : u32, origin : vec3<f32>, direction : vec3<f32>, tmin : f32, tmax : f32, mask : u32) -> NifAnswer {
   let valid : bool = nif_is_valid(origin, direction, tmin, tmax);
   return nif_or_open(nif_ask_scene(scene, origin, direction, tmin, tmax, mask, false), valid);
+}
+
+// The first triangle that the ray hits, of an object or of a scene. Objects without triangles are not hit; if they may be in
+// the way, the hit is not certain.
+fn nif_first_hit(object : u32, origin : vec3<f32>, direction : vec3<f32>, tmin : f32, tmax : f32) -> NifHit {
+  nif_forget_triangles(true);
+  nif_find_first(object, origin, direction, tmin, tmax, -1.0, true, NIF_NONE);
+  return nif_take_hit(direction);
+}
+fn nif_first_hit_scene(scene : u32, origin : vec3<f32>, direction : vec3<f32>, tmin : f32, tmax : f32, mask : u32) -> NifHit {
+  nif_forget_triangles(true);
+  if (nif_word(scene) != 0x4346494eu || nif_word(scene + 1u) != 2u) {
+    nif_doubtful = true;
+    return nif_take_hit(direction);
+  }
+  let alone : bool = nif_word(scene + 4u) == 1u;
+  let valid : bool = nif_is_valid(origin, direction, tmin, tmax);
+  let no_points : bool = !nif_is_nan(tmin) && !nif_is_nan(tmax) && tmin > tmax;
+  nif_doubtful = !NIF_PROVES || (nif_word(scene + 3u) & 2u) == 0u || (!valid && !no_points);
+  nif_others_low = select(nif_infinity(), -nif_infinity(), nif_doubtful);
+  var node : u32 = scene + nif_word(scene + 11u);
+  let end : u32 = scene + nif_word(scene + 12u);
+  var complete : bool = true;
+  for (; node < end; ) {
+    let until : f32 = nif_smaller(tmax, nif_hit_high);
+    let meets : bool = alone || (valid && nif_may_meet(node, origin, direction, tmin, until));
+    let list : u32 = nif_word(node + 7u);
+    var at : u32 = scene + 16u + 24u * (list >> 3);
+    let here : u32 = select(0u, list & 7u, meets);
+    var i : u32 = 0u;
+    for (; i < here; i++) {
+      if ((nif_word(at + 22u) & mask) != 0u && (alone || nif_may_meet(at + 15u, origin, direction, tmin, tmax))) {
+        nif_enter_instance(scene, at, origin, direction, tmin, tmax);
+        nif_find_first(nif_local_object, nif_local_origin, nif_local_direction, tmin, tmax, nif_local_moved, nif_local_stays, at);
+      }
+      at += 24u;
+    }
+    complete = complete && i == here;
+    node = select(scene + nif_word(node + 6u), node + 8u, meets);
+  }
+  if (!complete || node < end) {
+    nif_doubtful = true;
+    nif_others_low = -nif_infinity();
+  }
+  return nif_take_hit(direction);
 }

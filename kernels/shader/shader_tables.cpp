@@ -1,6 +1,6 @@
 // Writes an object's tables for shaders: the words for empty-space skipping and the corner bricks that GPU
 // kernels read, the pairs of features two a word, and the network's rows in the order in which a shader has
-// its inputs.
+// its inputs; and the tree of its triangles.
 #include "kernels/shader/shader_tables.hpp"
 
 #include <algorithm>
@@ -10,6 +10,7 @@
 #include "kernels/packed/traversal_grid.hpp"
 #include "kernels/reference/network/samples.hpp"
 #include "kernels/reference/planes/open.hpp"
+#include "kernels/shader/triangle_tree.hpp"
 
 namespace nif::kernels::shader {
 namespace {
@@ -20,6 +21,7 @@ static_assert(kCertainReach == 16384.0f && kCullingReach == 4096.0f && kOpenLogi
 static_assert(kEmptyVoxel == 14 && kLink == 15 && kMaxCells == 1024 && kMaxLevels == 4);
 static_assert(kMinDirection == 0x1p-60f && kMaxDirection == 0x1p+60f && kFlatDirection == 0x1p-40f);
 static_assert(kEstimateSlack == 1.0f / 32 && kTopHeight == 127 && kNormalSum == 62 && kPlaneOffsets == 256);
+static_assert(kMaxBvhCoordinate == 0x1p61f && kBvhFarthest == 0x1p32f && kBvhFlattest == 0x1p-30f);
 static_assert(kMaxLayers == 4 && kGlobalInputs == 8 && sizeof(CornerBrick) == 24);
 
 using Words = std::pmr::vector<uint32_t>;
@@ -32,11 +34,21 @@ uint32_t append(Words& words, const Table& table) {
   return at;
 }
 
-Words start(const PlanesField& field, const About& about, std::pmr::memory_resource* memory) {
+/// A header.
+Words start(const About& about, std::pmr::memory_resource* memory) {
   Words words(kHeaderWords, 0u, memory);
   words[kMagicWord] = kMagic;
   words[kVersionWord] = kVersion;
   words[kFlags] = about.proves ? uint32_t(kProves) : 0u;
+  for (uint32_t k = 0; k < 6; ++k) words[kBounds + k] = bits_as<uint32_t>(about.bounds[k]);
+  words[kBias] = bits_as<uint32_t>(about.bias);
+  return words;
+}
+
+/// A header, and planes.
+Words start(const PlanesField& field, const About& about, std::pmr::memory_resource* memory) {
+  Words words = start(about, memory);
+  words[kFlags] |= kHasPlanes;
   for (uint32_t a = 0; a < 3; ++a) {
     words[kOrigin + a] = bits_as<uint32_t>(field.origin[a]);
     words[kVoxels + a] = field.voxels[a];
@@ -44,8 +56,7 @@ Words start(const PlanesField& field, const About& about, std::pmr::memory_resou
   words[kCellsPerUnit] = bits_as<uint32_t>(field.cells_per_unit);
   words[kVoxelsPerCell] = bits_as<uint32_t>(field.voxels_per_cell);
   words[kLevels] = field.levels;
-  for (uint32_t k = 0; k < 6; ++k) words[kBounds + k] = bits_as<uint32_t>(about.bounds[k]);
-  words[kBias] = bits_as<uint32_t>(about.bias);
+  words[kReachUnits] = words[kCellsPerUnit];
   const cpu::TraversalGrid grid(field, memory);
   words[kVoxelWords] = append(words, grid.voxels);
   words[kChildren] = append(words, grid.children);
@@ -53,6 +64,29 @@ Words start(const PlanesField& field, const About& about, std::pmr::memory_resou
 }
 
 void finish(Words& words) { words[kWordCount] = uint32_t(words.size()); }
+
+void put_floats(Words& words, uint32_t at, const float (&values)[3]) {
+  for (uint32_t a = 0; a < 3; ++a) words[at + a] = bits_as<uint32_t>(values[a]);
+}
+
+void append_triangles(Words& words, const TrianglesField& field, const SourceTriangles& source) {
+  words[kFlags] |= kHasTriangles;
+  words[kExtent] = bits_as<uint32_t>(field.extent);
+  words[kReachUnits] = bits_as<uint32_t>(std::max(bits_as<float>(words[kReachUnits]), reach_scale(field)));
+  words[kTree] = uint32_t(words.size());
+  const TreeFrame frame = append_tree(field, words);
+  words[kTreeEnd] = uint32_t(words.size());
+  put_floats(words, kTreeCorner, frame.corner);
+  put_floats(words, kTreeStep, frame.step);
+  words[kVertices] = uint32_t(words.size());
+  for (uint32_t i = 0; i < field.vertex_count; ++i)
+    for (const float coordinate : field.vertices[i]) words.push_back(bits_as<uint32_t>(coordinate));
+  if (source.words == nullptr) return;
+  words[kSourceBits] = source.bits;
+  words[kSourceNumbers] = uint32_t(words.size());
+  words.insert(words.end(), source.words, source.words + source_words(source.count, source.bits));
+  words.push_back(0);  // a shader reads the word behind a number, too
+}
 
 /// A word of a row of weights from bytes.
 uint32_t word_of(int8_t a, int8_t b, int8_t c, int8_t d) {
@@ -127,6 +161,22 @@ Words make_tables(const SegmentField& field, const About& about, std::pmr::memor
     words[kNetworkWords] = std::max(words[kNetworkWords], input_words(field, l));
     for (uint32_t row = 0; row < layer.outputs; ++row) append_row(words, field, l, row);
   }
+  finish(words);
+  return words;
+}
+
+Words make_tables(const TrianglesField& field, const SourceTriangles& source, const About& about,
+                  std::pmr::memory_resource* memory) {
+  Words words = start(about, memory);
+  append_triangles(words, field, source);
+  finish(words);
+  return words;
+}
+
+Words make_tables(const ExactField& field, const SourceTriangles& source, const About& about,
+                  std::pmr::memory_resource* memory) {
+  Words words = start(field.planes, about, memory);
+  append_triangles(words, field.triangles, source);
   finish(words);
   return words;
 }

@@ -6,21 +6,25 @@
 #include <memory_resource>
 #include <vector>
 
+#include "kernels/reference/encodings/reference_exact.hpp"
 #include "kernels/reference/network/network_field.hpp"
 #include "kernels/reference/planes/planes_field.hpp"
+#include "kernels/reference/triangles/source_triangles.hpp"
 
 namespace nif::kernels::shader {
 
 /// The first word: "NIFS" in memory. Read in the other byte order it is another number.
 inline constexpr uint32_t kMagic = 0x5346494e;
 /// Counts up whenever a shader made for the tables before would read them wrongly.
-inline constexpr uint32_t kVersion = 1;
+inline constexpr uint32_t kVersion = 2;
 inline constexpr uint32_t kHeaderWords = 64;
 
 /// Bits of the header's word kFlags.
 enum HeaderFlags : uint32_t {
   kHasNetwork = 1,
-  kProves = 2  ///< answers may be certain
+  kProves = 2,  ///< answers may be certain
+  kHasTriangles = 4,
+  kHasPlanes = 8
 };
 
 /// Words of the header. Tables are given as their first word, counted from the header's.
@@ -47,20 +51,31 @@ enum HeaderWord : uint32_t {
   kThreshold = 23,     ///< int
   kLayers = 24,        ///< [4][4]: table, words of inputs, outputs, shift
   kBounds = 40,        ///< [6] float: lowest, then highest corner of the mesh
-  kBias = 46           ///< float
+  kBias = 46,          ///< float
+  kReachUnits = 47,    ///< float: finest cells per unit, or of triangles 64 to the extent, whichever are more
+  kTree = 48,          ///< table
+  kTreeEnd = 49,       ///< the word behind it, counted as tables are
+  kVertices = 50,      ///< table: three floats each
+  kSourceNumbers = 51,  ///< table of numbers of triangles in the source mesh
+  kSourceBits = 52,     ///< of each such number; 0: there are none
+  kExtent = 53,         ///< float: no coordinate of a triangle is larger
+  kTreeCorner = 54,     ///< [3] float
+  kTreeStep = 57        ///< [3] float
 };
 
 /// The first word of a scene: "NIFC" in memory.
 inline constexpr uint32_t kSceneMagic = 0x4346494e;
 inline constexpr uint32_t kSceneWords = 16, kInstanceWords = 24;
-/// Words of a scene's header. Instances follow, then the tables of objects.
+/// Words of a scene's header. Instances follow, then the tree over them, then the tables of objects.
 enum SceneWord : uint32_t {
   kSceneMagicWord = 0,
   kSceneVersionWord = 1,
   kSceneWordCount = 2,
   kSceneFlags = 3,  ///< kProves
   kInstanceCount = 4,
-  kSceneBounds = 5  ///< [6] float
+  kSceneBounds = 5,  ///< [6] float
+  kTopLevel = 11,    ///< first word of the tree
+  kObjects = 12      ///< the word behind it
 };
 /// Words of an instance.
 enum InstanceWord : uint32_t {
@@ -94,5 +109,11 @@ std::pmr::vector<uint32_t> make_tables(const PlanesField& field, const About& ab
 /// Requires that it is not unfit().
 std::pmr::vector<uint32_t> make_tables(const SegmentField& field, const About& about,
                                        std::pmr::memory_resource* memory);
+
+/// `source`: as the object has them, or empty.
+std::pmr::vector<uint32_t> make_tables(const TrianglesField& field, const SourceTriangles& source,
+                                       const About& about, std::pmr::memory_resource* memory);
+std::pmr::vector<uint32_t> make_tables(const ExactField& field, const SourceTriangles& source,
+                                       const About& about, std::pmr::memory_resource* memory);
 
 }  // namespace nif::kernels::shader

@@ -4,16 +4,16 @@
     kernels/shader/translate.py nif.glsl nif.wgsl
 
 It knows the narrow style of that file and no more: one declaration a statement, blocks in braces, no side effects in
-conditional expressions, no structures but one, no pointers. Whatever it does not know ends it with 1 and the line.
+conditional expressions, no structures but those two, no pointers. Whatever it does not know ends it with 1 and the line.
 """
 import re
 import sys
 
 TYPES = {"float": "f32", "int": "i32", "uint": "u32", "bool": "bool", "vec3": "vec3<f32>", "ivec3": "vec3<i32>",
-         "uvec3": "vec3<u32>", "bvec3": "vec3<bool>", "NifAnswer": "NifAnswer", "void": ""}
+         "uvec3": "vec3<u32>", "bvec3": "vec3<bool>", "NifAnswer": "NifAnswer", "NifHit": "NifHit", "void": ""}
 TYPE = "|".join(TYPES)
 CALLS = {"floatBitsToUint": "bitcast<u32>", "uintBitsToFloat": "bitcast<f32>", "bitCount": "countOneBits",
-         **{glsl: wgsl for glsl, wgsl in TYPES.items() if wgsl and glsl != "NifAnswer"}}
+         **{glsl: wgsl for glsl, wgsl in TYPES.items() if wgsl and not glsl.startswith("Nif")}}
 HEAD = """\
 // nif.wgsl: asks a nifkit object whether a ray is blocked, in a shader of your own. Made from nif.glsl, whose comments say
 // how to use it. WGSL has no preprocessor: change what follows up to the first line of dashes to your needs.
@@ -22,6 +22,7 @@ fn nif_word(i : u32) -> u32 { return nif_words[i]; }
 const NIF_NETWORK_WORDS : u32 = 12u;
 const NIF_CERTAIN_REACH : f32 = 8192.0;
 const NIF_PROVES : bool = false;  // WGSL may reorder sums, and for that no bound is derived: no answer is certain
+const NIF_TRIANGLES : bool = true;
 """
 
 

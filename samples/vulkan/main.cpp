@@ -115,7 +115,7 @@ Options parse(int count, char** words) {
 /// this is the place to find them.
 std::vector<uint32_t> load_words(const nifkit::Asset& asset, const Options& options) {
   std::vector<uint32_t> words = asset.shader_tables(options.object);
-  constexpr uint32_t kMagic = 0x5346494e, kVersion = 1;  // words 0 and 1 (docs/shaders.md)
+  constexpr uint32_t kMagic = 0x5346494e, kVersion = 2;  // words 0 and 1 (docs/shaders.md)
   constexpr uint32_t kNetworkWords = 12;                 // the NIF_NETWORK_WORDS of light.comp
   if (words[0] != kMagic || words[1] != kVersion)
     throw std::runtime_error("the library writes words of another version than the shader was made for");

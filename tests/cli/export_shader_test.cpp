@@ -37,7 +37,7 @@ class ExportShader : public testing::Test {
 };
 
 TEST_F(ExportShader, WritesTheTextAndTheWords) {
-  const std::string asset = write_asset({.objects = 1, .instances = 2, .proofs = 1, .features = 2});
+  const std::string asset = write_asset({.objects = 1, .instances = 2, .bvhs = 1, .features = 2});
   const Outcome outcome = nif({"export-shader", asset, "-o", folder()});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_EQ(lines_of(outcome.out).size(), 5u) << outcome.out;
@@ -50,7 +50,7 @@ TEST_F(ExportShader, WritesTheTextAndTheWords) {
 }
 
 TEST_F(ExportShader, LeavesOutWhatShadersCannotAnswer) {
-  const std::string asset = write_asset({.objects = 1, .instances = 1, .bvhs = 1, .features = 2});
+  const std::string asset = write_asset({.objects = 1, .instances = 1, .cutouts = 1, .features = 2});
   const Outcome outcome = nif({"export-shader", asset, "-o", folder(), "--json"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const auto json = nlohmann::json::parse(outcome.out);
@@ -58,18 +58,19 @@ TEST_F(ExportShader, LeavesOutWhatShadersCannotAnswer) {
   ASSERT_EQ(json["files"].size(), 3u);
   EXPECT_EQ(json["files"][2]["bytes"], fs::file_size(json["files"][2]["path"].get<std::string>()));
   ASSERT_EQ(json["left_out"].size(), 1u);
-  EXPECT_NE(json["left_out"][0].get<std::string>().find("has the encoding 'bvh'"), std::string::npos);
+  EXPECT_NE(json["left_out"][0].get<std::string>().find("has the encoding 'cutout'"), std::string::npos);
   EXPECT_FALSE(fs::exists(fs::path(folder()) / "it.scene.words"));
 }
 
 TEST_F(ExportShader, SaysWhyNothingIsWritten) {
-  const std::string asset = write_asset({.objects = 0, .instances = 0, .bvhs = 2});
+  const std::string asset = write_asset({.objects = 0, .instances = 0, .cutouts = 2});
   for (const std::vector<std::string>& more : {std::vector<std::string>{}, {"--object", "1"}}) {
     std::vector<std::string> arguments{"export-shader", asset, "-o", folder()};
     arguments.insert(arguments.end(), more.begin(), more.end());
     const Outcome outcome = nif(arguments);
     EXPECT_EQ(outcome.code, 2);
-    EXPECT_NE(outcome.err.find("has the encoding 'bvh'; shaders answer 'segment' and 'proof' only"),
+    EXPECT_NE(outcome.err.find(
+                  "has the encoding 'cutout'; shaders answer 'segment', 'proof', 'bvh' and 'exact' only"),
               std::string::npos)
         << outcome.err;
     EXPECT_FALSE(fs::exists(folder()));

@@ -43,8 +43,8 @@ Arithmetic arithmetic_of(const std::vector<uint32_t>& code) {
 }
 
 TEST(ShaderCode, NoOperationMayBeContracted) {
-  std::vector<const char*> names = {"query",       "prove",   "wide", "query_scene",
-                                    "prove_scene", "default", "small"};
+  std::vector<const char*> names = {"query",   "prove", "wide",   "query_scene", "prove_scene",
+                                    "default", "small", "planes", "hits",        "hits_scene"};
 #ifdef NIF_HAS_HLSL
   names.insert(names.end(), {"wide_hlsl", "prove_hlsl"});
 #endif

@@ -38,11 +38,17 @@ struct ShaderAnswer {
   uint32_t instance;
 };
 
-/// Answers rays from tables that begin at word `object` of `words`.
-inline std::vector<ShaderAnswer> ask_shader(VulkanCompute& vulkan, const std::vector<uint32_t>& code,
-                                            const std::vector<uint32_t>& words, uint32_t object,
-                                            const std::vector<kernels::Segment>& rays,
-                                            uint32_t mask = 0xffffffffu) {
+/// What first_hits.comp writes.
+struct ShaderHit {
+  uint32_t hit, certain, triangle, instance;
+  float t, u, v, unused, normal[3], unused_2;
+};
+
+/// Runs a shader for rays by tables that begin at word `object` of `words`; returns what it writes, `each` words a ray.
+inline std::vector<uint32_t> run_for_rays(VulkanCompute& vulkan, const std::vector<uint32_t>& code,
+                                          const std::vector<uint32_t>& words, uint32_t object,
+                                          const std::vector<kernels::Segment>& rays, uint32_t mask,
+                                          size_t each) {
   std::vector<uint32_t> input = {object, mask, uint32_t(rays.size()), 0};
   for (const kernels::Segment& ray : rays) {
     for (const float value : ray.origin) input.push_back(std::bit_cast<uint32_t>(value));
@@ -50,7 +56,14 @@ inline std::vector<ShaderAnswer> ask_shader(VulkanCompute& vulkan, const std::ve
     for (const float value : ray.direction) input.push_back(std::bit_cast<uint32_t>(value));
     input.push_back(std::bit_cast<uint32_t>(ray.tmax));
   }
-  const auto output = vulkan.run(code, words, input, 8 * rays.size(), uint32_t(rays.size() + 63) / 64);
+  return vulkan.run(code, words, input, each * rays.size(), uint32_t(rays.size() + 63) / 64);
+}
+
+inline std::vector<ShaderAnswer> ask_shader(VulkanCompute& vulkan, const std::vector<uint32_t>& code,
+                                            const std::vector<uint32_t>& words, uint32_t object,
+                                            const std::vector<kernels::Segment>& rays,
+                                            uint32_t mask = 0xffffffffu) {
+  const auto output = run_for_rays(vulkan, code, words, object, rays, mask, 8);
   std::vector<ShaderAnswer> answers(rays.size());
   for (size_t i = 0; i < rays.size(); ++i) {
     const uint32_t* at = &output[8 * i];
@@ -63,6 +76,17 @@ inline std::vector<ShaderAnswer> ask_shader(VulkanCompute& vulkan, const std::ve
                   at[6]};
   }
   return answers;
+}
+
+inline std::vector<ShaderHit> hits_of_shader(VulkanCompute& vulkan, const std::vector<uint32_t>& code,
+                                             const std::vector<uint32_t>& words,
+                                             const std::vector<kernels::Segment>& rays,
+                                             uint32_t mask = 0xffffffffu) {
+  const auto output = run_for_rays(vulkan, code, words, 0, rays, mask, 12);
+  std::vector<ShaderHit> hits(rays.size());
+  static_assert(sizeof(ShaderHit) == 48);
+  if (!hits.empty()) std::memcpy(hits.data(), output.data(), sizeof(ShaderHit) * hits.size());
+  return hits;
 }
 
 /// Differences from the CPU's answers, counted for each output.

@@ -8,6 +8,7 @@
 #include "tests/runtime/open_answers.hpp"
 #include "tests/shader/shader_fixture.hpp"
 #include "tests/support/random_asset.hpp"
+#include "tests/support/test_first_hits.hpp"
 #include "tests/support/to_world.hpp"
 
 namespace nif::test {
@@ -177,16 +178,109 @@ TEST_F(ShaderScenes, MayBeEmpty) {
   expect_equal(scene, rays_of({}, 500));
 }
 
+/// Hundreds of instances, so that the tree over them has several levels.
+TEST_F(ShaderScenes, OfHundredsOfInstancesAnswerAsTheCpu) {
+  Random random(22);
+  nifkit::Scene scene(device_);
+  std::vector<Matrix> placements;
+  for (uint32_t i = 0; i < 300; ++i) {
+    placements.push_back(random_placement(random, 60));
+    scene.add_instance(asset_, i % 3, placements.back());
+  }
+  for (const uint32_t gone : {3u, 77u, 299u}) scene.set_instance_flags(gone, NIF_INSTANCE_DISABLED);
+  scene.commit();
+  const std::vector<uint32_t> before = scene.shader_tables();
+  expect_equal(scene, rays_of(placements, 6000));
+  EXPECT_GT(some_occluded_, 1000u);
+
+  // After some moved, only the words before the objects differ.
+  for (const uint32_t moved : {0u, 5u, 250u})
+    scene.set_instance_transform(moved, random_placement(random, 60));
+  scene.commit();
+  const std::vector<uint32_t> after = scene.shader_tables();
+  ASSERT_EQ(after.size(), before.size());
+  const uint32_t objects = before[kernels::shader::kObjects];
+  EXPECT_LT(objects, before.size());
+  EXPECT_FALSE(std::equal(before.begin(), before.begin() + objects, after.begin()));
+  EXPECT_TRUE(std::equal(before.begin() + objects, before.end(), after.begin() + objects));
+  expect_equal(scene, rays_of(placements, 2000));
+}
+
+/// Planes, networks and triangles together: what is certain is the CPU's.
+TEST_F(ShaderScenes, MayHaveTriangles) {
+  const auto file = format::encode(random_asset(
+      31, {.objects = 1, .instances = 0, .bvhs = 2, .exacts = 1, .proofs = 1, .features = 2, .sources = 2}));
+  const format::AssetView view = format::read_asset(file, "test");
+  const nifkit::Asset asset = nifkit::Asset::load(device_, std::span<const std::byte>(file));
+  Random random(32);
+  size_t certain = 0, in_all = 0, first = 0, hits = 0;
+  for (const float far : {2.0f, 30.0f, 1e4f}) {
+    nifkit::Scene scene(device_), triangles(device_);
+    std::vector<Matrix> placements;
+    for (uint32_t i = 0; i < 40; ++i) {
+      placements.push_back(random_placement(random, far));
+      scene.add_instance(asset, i % 5, placements.back());
+      triangles.add_instance(asset, i % 5 == 0 || i % 5 == 4 ? 1u : i % 5, placements.back());
+    }
+    scene.add_instance(asset, 1);
+    triangles.add_instance(asset, 1);
+    scene.commit();
+    triangles.commit();
+    std::vector<NifRay> rays = rays_near(view, 33, 6000);
+    for (NifRay& ray : rays) {
+      ray = to_world(ray, placements[random.below(uint32_t(placements.size()))]);
+      if (random.below(50) == 0) ray.direction[random.below(3)] = 0;
+      if (random.below(100) == 0) ray.origin[random.below(3)] = INFINITY;
+    }
+    std::vector<kernels::Segment> segments;
+    for (const NifRay& ray : rays) segments.push_back(to_segment(ray));
+    const NifRays query = nifMakeRays(rays.data(), rays.size());
+    for (const nifkit::Scene* each : {&scene, &triangles}) {
+      const std::vector<uint32_t> words = each->shader_tables();
+      Answers cpu(rays.size());
+      const NifAnswers outputs = cpu.outputs();
+      ASSERT_EQ(nifQuery(each->get(), &query, &outputs), NIF_OK) << nifGetErrorMessage();
+      FirstHits cpu_hits(rays.size());
+      const NifHits hit_outputs = cpu_hits.outputs();
+      ASSERT_EQ(nifIntersect(each->get(), &query, &hit_outputs), NIF_OK) << nifGetErrorMessage();
+      for (const bool rough : {false, true}) {
+        if (rough && each == &scene) continue;  // the planes of random objects are of no surface
+        const auto answers =
+            ask_shader(*vulkan_, shader_code(rough ? "rough_scene" : "query_scene"), words, 0, segments);
+        const auto shader_hits =
+            hits_of_shader(*vulkan_, shader_code(rough ? "hits_rough_scene" : "hits_scene"), words, segments);
+        size_t wrong = 0, wrong_hits = 0;
+        for (size_t i = 0; i < rays.size(); ++i) {
+          wrong += answers[i].certain && answers[i].visible != cpu.visible[i];
+          const ShaderHit& hit = shader_hits[i];
+          wrong_hits += hit.certain && hit.hit != cpu_hits.hit[i];
+          if (hit.certain && hit.hit)
+            wrong_hits += hit.triangle != cpu_hits.triangle[i] || hit.instance != cpu_hits.instance[i];
+          certain += answers[i].certain;
+          first += hit.certain;
+          hits += hit.certain && hit.hit;
+        }
+        in_all += rays.size();
+        EXPECT_EQ(wrong, 0u) << far << ' ' << rough;
+        EXPECT_EQ(wrong_hits, 0u) << far << ' ' << rough;
+      }
+    }
+  }
+  EXPECT_GT(certain, in_all / 3);
+  EXPECT_GT(first, in_all / 4);
+  EXPECT_GT(hits, in_all / 20);
+}
+
 TEST_F(ShaderScenes, AreRefusedInASentence) {
   nifkit::Scene scene(device_);
   uint64_t count = 7;
   EXPECT_EQ(nifGetSceneShaderTables(scene.get(), nullptr, 0, &count), NIF_ERROR_INVALID_OPERATION);
   EXPECT_STREQ(nifGetErrorMessage(), "the scene has changes that are not committed");
-  const auto file = format::encode(random_asset(1, {.objects = 0, .instances = 0, .bvhs = 1}));
+  const auto file = format::encode(random_asset(1, {.objects = 0, .instances = 0, .cutouts = 1}));
   scene.add_instance(nifkit::Asset::load(device_, std::span<const std::byte>(file)), 0);
   scene.commit();
   EXPECT_EQ(nifGetSceneShaderTables(scene.get(), nullptr, 0, &count), NIF_ERROR_NOT_AVAILABLE);
-  EXPECT_NE(std::string(nifGetErrorMessage()).find("has the encoding 'bvh'"), std::string::npos);
+  EXPECT_NE(std::string(nifGetErrorMessage()).find("has the encoding 'cutout'"), std::string::npos);
   EXPECT_EQ(count, 7u);
   EXPECT_EQ(nifGetSceneShaderTables(scene.get(), nullptr, 0, nullptr), NIF_ERROR_INVALID_ARGUMENT);
   EXPECT_EQ(nifGetSceneShaderTables(nullptr, nullptr, 0, &count), NIF_ERROR_INVALID_ARGUMENT);

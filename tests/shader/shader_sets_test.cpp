@@ -2,6 +2,7 @@
 // in looser arithmetic than Vulkan allows (rough.sed), where no proof may be wrong. NIF_TEST_SEGMENTS says how many rays of each set instead of 100,000.
 #include "formats/mesh/read.hpp"
 #include "formats/nif/writer.hpp"
+#include "kernels/reference/reference_encodings.hpp"
 #include "kernels/shader/shader_tables.hpp"
 #include "tests/gpu/baked.hpp"
 #include "tests/shader/shader_fixture.hpp"
@@ -50,6 +51,39 @@ TEST_F(ShaderSets, OfTheDragonTakeLittleMemory) {
     return;
   }
   GTEST_SKIP() << "NIF_TEST_MESHES has no stanford_dragon_871k.ply.gz";
+}
+
+/// Real triangles: certain answers are the truth, in rough arithmetic too, and few are not certain.
+TEST_F(ShaderSets, OfTrianglesAreProvenRight) {
+  std::vector<mesh::Mesh> meshes = {torus(60, 30)};
+  for (const std::filesystem::path& file : real_meshes(4'000'000))
+    if (file.filename() != "soup_100.stl") meshes.push_back(mesh::read(file).meshes[0]);
+  for (const mesh::Mesh& mesh : meshes)
+    for (const char* encoding : {"bvh", "exact"}) {
+      const Baked baked(mesh, encoding);
+      const std::vector<uint32_t> words =
+          nifkit::Asset::load(nifkit::Device("shaders=on"), std::span<const std::byte>(baked.file))
+              .shader_tables(0);
+      const bake::Prepared prepared = bake::prepare(baked.scene.meshes[0]);
+      const bake::GroundTruth truth(prepared);
+      size_t wrong = 0, open = 0, in_all = 0;
+      for (const bake::RaySet set : bake::kRaySets) {
+        const auto rays = bake::draw_ray_set(truth.source(), set, segments_wanted(20'000), 9);
+        for (const char* shader : {"default", "rough"}) {
+          const auto answers = ask_shader(*vulkan_, shader_code(shader), words, 0, rays.segments);
+          for (size_t i = 0; i < answers.size(); ++i) {
+            const bool visible =
+                std::visit([&](const auto& field) { return kernels::query(field, rays.segments[i]).visible; },
+                           format::field_of(baked.view.objects[0]));
+            wrong += answers[i].certain && (answers[i].visible == 1) != visible;
+            open += !answers[i].certain;
+          }
+          in_all += answers.size();
+        }
+      }
+      EXPECT_EQ(wrong, 0u) << mesh.name << ' ' << encoding;
+      EXPECT_LT(open, in_all / 100) << mesh.name << ' ' << encoding;
+    }
 }
 
 /// Moves the planes of all cells together by `places` of 256, where they are farther apart.

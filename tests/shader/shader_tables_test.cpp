@@ -3,6 +3,7 @@
 
 #include "formats/nif/writer.hpp"
 #include "kernels/shader/shader_tables.hpp"
+#include "kernels/shader/triangle_tree.hpp"
 #include "tests/shader/shader_fixture.hpp"
 #include "tests/support/random_asset.hpp"
 
@@ -38,7 +39,7 @@ TEST_F(ShaderTables, HaveAHeaderThatSaysWhatFollows) {
     EXPECT_EQ(words[kMagicWord], kMagic);
     EXPECT_EQ(words[kVersionWord], kVersion);
     EXPECT_EQ(words[kWordCount], words.size());
-    EXPECT_EQ(words[kFlags], i == 0 ? kHasNetwork | kProves : uint32_t(kProves));
+    EXPECT_EQ(words[kFlags], (i == 0 ? uint32_t(kHasNetwork) : 0u) | kProves | kHasPlanes);
     EXPECT_EQ(words[kLevels], field.levels);
     EXPECT_EQ(words[kVoxelWords], kHeaderWords);
     EXPECT_EQ(words[kChildren], kHeaderWords + field.voxels[0] * field.voxels[1] * field.voxels[2]);
@@ -55,6 +56,59 @@ TEST_F(ShaderTables, HaveAHeaderThatSaysWhatFollows) {
   }
 }
 
+/// Walks a tree as a shader does.
+TEST_F(ShaderTables, OfTrianglesAreATreeWithoutLinksBack) {
+  const nifkit::Asset asset =
+      load(random_asset(7, {.objects = 0, .instances = 0, .bvhs = 2, .exacts = 1, .sources = 1}));
+  const format::AssetView view = format::read_asset(file_, "test");
+  for (uint32_t i = 0; i < 3; ++i) {
+    const std::vector<uint32_t> words = asset.shader_tables(i);
+    EXPECT_EQ(words[kFlags], kProves | kHasTriangles | (i == 2 ? uint32_t(kHasPlanes) : 0u));
+    const kernels::TrianglesField& field = view.objects[i].triangles->field;
+    ASSERT_LT(words[kTree], words[kTreeEnd]);
+    ASSERT_LE(words[kTreeEnd], words[kVertices]);
+    EXPECT_EQ(words[kVertices] + 3 * field.vertex_count,
+              words[kSourceBits] ? words[kSourceNumbers] : words.size());
+    std::vector<uint32_t> seen(field.triangle_count);
+    std::vector<uint32_t> open = {words[kTreeEnd]};  // where the walk goes on behind the boxes that it is in
+    for (uint32_t at = words[kTree]; at < words[kTreeEnd];) {
+      while (open.back() == at) open.pop_back();
+      ASSERT_FALSE(open.empty());
+      const uint32_t link = words[at + 3];
+      if ((link & kTreeLeaf) == 0) {
+        ASSERT_GT(words[kTree] + link, at + 4);
+        ASSERT_LE(words[kTree] + link, open.back());
+        open.push_back(words[kTree] + link);
+        at += 4;
+        continue;
+      }
+      const uint32_t count = link & ~kTreeLeaf;
+      ASSERT_TRUE(count >= 1 && count <= 4);
+      for (uint32_t k = 0; k < count; ++k) {
+        const uint32_t triangle = words[at + 5] + k, corners = words[at + 6 + k];
+        ASSERT_LT(triangle, field.triangle_count);
+        ++seen[triangle];
+        for (uint32_t c = 0; c < 3; ++c) {
+          const uint32_t vertex = words[at + 4] + (corners >> (8 * c) & 255);
+          ASSERT_LT(vertex, field.vertex_count);
+          for (uint32_t a = 0; a < 3; ++a) {
+            const uint32_t planes = words[at + a];
+            const float x = std::bit_cast<float>(words[words[kVertices] + 3 * vertex + a]);
+            const auto plane = [&](uint32_t step) {
+              return double(std::bit_cast<float>(words[kTreeCorner + a])) +
+                     double(step) * double(std::bit_cast<float>(words[kTreeStep + a]));
+            };
+            EXPECT_LT(plane(planes & 0xffff), double(x));
+            EXPECT_GT(plane(planes >> 16), double(x));
+          }
+        }
+      }
+      at += 6 + count;
+    }
+    EXPECT_TRUE(std::all_of(seen.begin(), seen.end(), [](uint32_t times) { return times == 1; }));
+  }
+}
+
 TEST_F(ShaderTables, AreTheSameByEveryDevice) {
   const format::Asset made = random_asset(4, {.objects = 1, .instances = 1, .features = 2});
   EXPECT_EQ(load(made, "shaders=on").shader_tables(0), load(made, "isa=scalar").shader_tables(0));
@@ -63,7 +117,7 @@ TEST_F(ShaderTables, AreTheSameByEveryDevice) {
 TEST_F(ShaderTables, OfAFileThatProvesNothingSaySo) {
   const nifkit::Asset asset =
       load(random_asset(5, {.objects = 1, .instances = 1, .features = 2, .proves_nothing = true}));
-  EXPECT_EQ(asset.shader_tables(0)[kFlags], uint32_t(kHasNetwork));
+  EXPECT_EQ(asset.shader_tables(0)[kFlags], uint32_t(kHasNetwork | kHasPlanes));
 }
 
 TEST_F(ShaderTables, NeedRoom) {
@@ -85,13 +139,17 @@ TEST_F(ShaderTables, NeedRoom) {
 TEST_F(ShaderTables, AreRefusedInASentence) {
   const nifkit::Asset asset = load(
       random_asset(6, {.objects = 0, .instances = 0, .bvhs = 1, .sphericals = 1, .exacts = 1, .cutouts = 1}));
-  constexpr const char* kEncodings[] = {"bvh", "spherical", "exact", "cutout"};
+  constexpr const char* kEncodings[] = {"spherical", "cutout"};
+  uint64_t count = 0;
   for (const char* encoding : kEncodings) {
     bool found = false;
-    for (uint32_t i = 0; i < 4; ++i)
+    for (uint32_t i = 0; i < 4; ++i) {
+      if (nifGetShaderTables(asset.get(), i, nullptr, 0, &count) == NIF_OK) continue;
       found = found || failure(asset, i, NIF_ERROR_NOT_AVAILABLE)
                                .find(std::string("has the encoding '") + encoding +
-                                     "'; shaders answer 'segment' and 'proof' only") != std::string::npos;
+                                     "'; shaders answer 'segment', 'proof', 'bvh' and 'exact' only") !=
+                           std::string::npos;
+    }
     EXPECT_TRUE(found) << encoding;
   }
   EXPECT_NE(failure(asset, 4, NIF_ERROR_INVALID_ARGUMENT).find("no object 4"), std::string::npos);

@@ -372,11 +372,11 @@ NIF_API NifError nifGetAssetInstanceInfo(NifAsset asset, uint32_t instance, NifA
 
 /* Writes the tables of one object for a shader of your own: 32-bit words in this machine's byte order, to be
  * bound as one read-only storage buffer. docs/shaders.md describes each word, and the GLSL file nif.glsl has
- * the function that answers rays from them, with the bits of nifQuery. Needs no GPU.
+ * the functions that answer rays from them, and says which bits are nifQuery's. Needs no GPU.
  *
  * *count receives how many words there are. `words` null: only that. Otherwise `words` has room for `capacity`
- * words; if those are too few, nothing is written and it gives NIF_ERROR_INVALID_ARGUMENT. The object must have
- * planes and no triangles (`segment`, `proof`), and a network like those that nif bake makes; otherwise it
+ * words; if those are too few, nothing is written and it gives NIF_ERROR_INVALID_ARGUMENT. The object must be of
+ * `segment`, `proof`, `bvh` or `exact`, and its network like those that nif bake makes; otherwise it
  * gives NIF_ERROR_NOT_AVAILABLE. Where kernels free a file's bytes after the load (docs/runtime.md), it gives
  * NIF_ERROR_INVALID_OPERATION, unless the device was made with shaders=on. Both calls build the tables, in
  * memory of the device that they free. */
@@ -539,8 +539,8 @@ typedef struct NifSceneInfo {
 NIF_API NifError nifGetSceneInfo(NifScene scene, NifSceneInfo* info);
 
 /* Writes the tables of a committed scene for shaders: its instances that rays can meet, then the objects that
- * they place, as nifGetShaderTables writes them. Rays are then in world space. If a shader cannot answer one of
- * the objects, it gives what nifGetShaderTables would. Otherwise like nifGetShaderTables. A scene that is not
+ * they place, as nifGetShaderTables writes them. Rays are then in world space. What bends gives NIF_ERROR_NOT_AVAILABLE, an
+ * object that no shader can answer what nifGetShaderTables would. Otherwise like nifGetShaderTables. A scene that is not
  * committed gives NIF_ERROR_INVALID_OPERATION. */
 NIF_API NifError nifGetSceneShaderTables(NifScene scene, uint32_t* words, uint64_t capacity, uint64_t* count);
 

@@ -7,11 +7,14 @@
 
 #include "api/error.hpp"
 #include "kernels/shader/shader_tables.hpp"
+#include "kernels/shader/top_level.hpp"
+#include "kernels/shader/triangle_tree.hpp"
 
 namespace nif::runtime {
 namespace {
 
 using kernels::shader::About;
+using kernels::shader::kIdentityBit;
 
 [[noreturn]] void refuse_object(const NifAssetObject& asset, uint32_t object, NifError code,
                                 const std::string& why) {
@@ -21,11 +24,12 @@ using kernels::shader::About;
 
 std::pmr::vector<uint32_t> tables_of(const NifAssetObject& asset, uint32_t object) {
   const format::ObjectView& view = answerable(asset, object);
-  const bool segment = view.is<kernels::SegmentField>();
-  if (!segment && !view.is<kernels::PlanesField>())
+  const bool segment = view.is<kernels::SegmentField>(), triangles = view.is<kernels::TrianglesField>(),
+             exact = view.is<kernels::ExactField>();
+  if (!segment && !triangles && !exact && !view.is<kernels::PlanesField>())
     refuse_object(asset, object, NIF_ERROR_NOT_AVAILABLE,
                   "has the encoding '" + std::string(format::encoding_of(view).name) +
-                      "'; shaders answer 'segment' and 'proof' only");
+                      "'; shaders answer 'segment', 'proof', 'bvh' and 'exact' only");
   if (asset.view.bytes.empty())
     refuse_object(asset, object, NIF_ERROR_INVALID_OPERATION,
                   "is no longer in memory as shaders need it: make the device with shaders=on");
@@ -33,6 +37,17 @@ std::pmr::vector<uint32_t> tables_of(const NifAssetObject& asset, uint32_t objec
   About about{view.proven, {}, view.bias};
   std::copy_n(view.aabb_min.begin(), 3, about.bounds);
   std::copy_n(view.aabb_max.begin(), 3, about.bounds + 3);
+  if (triangles || exact) {
+    const kernels::TrianglesField& field = view.triangles->field;
+    if (uint64_t{field.vertex_count} * 3 +
+            uint64_t{field.triangle_count} * kernels::shader::kMostWordsOfATriangle >=
+        kIdentityBit)
+      refuse_object(asset, object, NIF_ERROR_NOT_AVAILABLE, "has tables for shaders of 2^29 words or more");
+    const format::NumbersView* const numbers = asset.view.numbers_of(object, format::kSourceTriangles);
+    const auto source = numbers ? numbers->field : kernels::SourceTriangles();
+    return triangles ? kernels::shader::make_tables(field, source, about, memory)
+                     : kernels::shader::make_tables(view.as<kernels::ExactField>(), source, about, memory);
+  }
   if (!segment) return kernels::shader::make_tables(view.as<kernels::PlanesField>(), about, memory);
   const auto field = view.as<kernels::SegmentField>();
   if (const char* why = kernels::shader::unfit(field, memory))
@@ -74,42 +89,56 @@ uint64_t write_scene_shader_tables(const NifSceneObject& scene, uint32_t* to, ui
     throw Failure(NIF_ERROR_INVALID_OPERATION, "the scene has changes that are not committed");
   std::pmr::memory_resource* const memory = scene.device->memory();
   std::pmr::vector<uint32_t> awake(memory);  // in the order of their numbers
-  for (uint32_t i = 0; i < scene.instances.size(); ++i)
-    if (scene.settings[i].awake()) awake.push_back(i);
+  std::pmr::vector<kernels::WorldBox> boxes(memory);
+  for (uint32_t i = 0; i < scene.instances.size(); ++i) {
+    if (!scene.settings[i].awake()) continue;
+    if (scene.settings[i].bent != kNotBent)
+      throw Failure(NIF_ERROR_NOT_AVAILABLE,
+                    "instance " + std::to_string(i) + " bends; tables for shaders have objects at rest only");
+    const uint32_t place = scene.instances[i].place;
+    awake.push_back(i);
+    boxes.push_back(place == kNoBox ? empty_box() : scene.hierarchy.box(place));
+  }
+  const size_t top_level = kSceneWords + kInstanceWords * awake.size();
+  const TopLevel tree = make_top_level(boxes, uint32_t(top_level), memory);
 
-  std::pmr::vector<uint32_t> words(kSceneWords + kInstanceWords * awake.size(), 0u, memory);
+  std::pmr::vector<uint32_t> words(top_level, 0u, memory);
+  words.insert(words.end(), tree.words.begin(), tree.words.end());
   words[kSceneMagicWord] = kSceneMagic;
   words[kSceneVersionWord] = kVersion;
   words[kSceneFlags] = scene.unproven ? 0u : uint32_t(kProves);
   words[kInstanceCount] = uint32_t(awake.size());
+  words[kTopLevel] = uint32_t(top_level);
+  words[kObjects] = uint32_t(words.size());
   put_floats(&words[kSceneBounds], scene.bounds.min, 3);
   put_floats(&words[kSceneBounds + 3], scene.bounds.max, 3);
+  // Objects in the order of the instances' numbers, which stays when they move.
   std::pmr::vector<uint32_t> first_word(scene.objects.size(), 0u, memory);
+  for (const uint32_t number : awake) {
+    const uint32_t placed = asset_object(scene, number);
+    if (first_word[placed] != 0) continue;
+    first_word[placed] = uint32_t(words.size());
+    const auto tables = tables_of(asset_of(scene, placed), scene.objects[placed].number);
+    words.insert(words.end(), tables.begin(), tables.end());
+    if (words.size() >= kIdentityBit)
+      throw Failure(NIF_ERROR_NOT_AVAILABLE, "the scene's tables for shaders would have 2^29 words or more");
+  }
   for (size_t k = 0; k < awake.size(); ++k) {
-    const Instance& instance = scene.instances[awake[k]];
-    const uint32_t placed = asset_object(scene, awake[k]);  // what bends is refused as what it is at rest
-    uint32_t& object = first_word[placed];
-    if (object == 0) {
-      object = uint32_t(words.size());
-      const auto tables = tables_of(asset_of(scene, placed), scene.objects[placed].number);
-      words.insert(words.end(), tables.begin(), tables.end());
-      if (words.size() >= kIdentityBit)
-        throw Failure(NIF_ERROR_NOT_AVAILABLE,
-                      "the scene's tables for shaders would have 2^29 words or more");
-    }
+    const uint32_t number = awake[tree.order[k]];
+    const Instance& instance = scene.instances[number];
+    const kernels::WorldBox& box = boxes[tree.order[k]];
     uint32_t* const to_instance = &words[kSceneWords + kInstanceWords * k];
     put_floats(to_instance + kInverse, instance.to_object.inverse, 9);
     put_floats(to_instance + kTranslation, instance.to_object.translation, 3);
     put_floats(to_instance + kRemainder, instance.to_object.remainder, 3);
-    const kernels::WorldBox box =
-        instance.place == kNoBox ? empty_box() : scene.hierarchy.box(instance.place);
     put_floats(to_instance + kWorldBox, box.min, 3);
     put_floats(to_instance + kWorldBox + 3, box.max, 3);
-    to_instance[kObjectWord] = object | (instance.identity ? uint32_t(kIdentityBit) : 0u) |
+    to_instance[kObjectWord] = first_word[asset_object(scene, number)] |
+                               (instance.identity ? uint32_t(kIdentityBit) : 0u) |
                                (instance.well_conditioned ? uint32_t(kWellConditionedBit) : 0u) |
                                (instance.unproven ? uint32_t(kUnprovenBit) : 0u);
     to_instance[kMask] = instance.mask;
-    to_instance[kNumber] = awake[k];
+    to_instance[kNumber] = number;
   }
   words[kSceneWordCount] = uint32_t(words.size());
   return hand_over(words, to, capacity);
