@@ -15,6 +15,8 @@ struct SimdFunctions {
   void (*prove)(const Packed&, const SegmentBatch&, AnswerBatch&, OpenBatch&, void* scratch) = nullptr;
   /// If null, the field does not move.
   void (*move)(Packed&, const MovedTriangles&) = nullptr;
+  void (*skin)(const SkinOrder&, const JointMatrix* matrices, const float (*from)[4],
+               float (*to)[4]) = nullptr;
 };
 
 /// Packed: may have `built_bytes()` and `reads_field`, which mean what ObjectKernel's do.
@@ -41,6 +43,10 @@ class SimdKernel final : public ObjectKernel {
   }
   void move(const MovedTriangles& moved) override {
     if (functions_.move != nullptr) functions_.move(packed_, moved);
+  }
+  void skin(const SkinOrder& order, const JointMatrix* matrices, const float (*from)[4],
+            float (*to)[4]) const override {
+    if (functions_.skin != nullptr) functions_.skin(order, matrices, from, to);
   }
   bool reads_nodes() const override {
     if constexpr (requires { packed_.reads_nodes(); }) return packed_.reads_nodes();

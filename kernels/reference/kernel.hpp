@@ -7,6 +7,7 @@
 #include "kernels/reference/object_kernel.hpp"
 #include "kernels/reference/planes/prove_one.hpp"
 #include "kernels/reference/triangles/refit.hpp"
+#include "kernels/reference/triangles/skin.hpp"
 
 namespace nif::kernels {
 
@@ -39,6 +40,10 @@ class ReferenceKernel final : public ObjectKernel {
   }
   void move(const MovedTriangles& moved) override {
     if constexpr (std::same_as<Field, TrianglesField>) field_ = moved.field;
+  }
+  void skin(const SkinOrder& order, const JointMatrix* matrices, const float (*from)[4],
+            float (*to)[4]) const override {
+    if constexpr (std::same_as<Field, TrianglesField>) skin_vertices(order, matrices, from, to);
   }
   void intersect(const SegmentBatch& batch, const float* limit, HitBatch& hits, void*) const override {
     intersect_each(batch, limit, hits, [&](const Segment& segment, float nearest) {

@@ -58,6 +58,8 @@ struct BuiltBytes {
 };
 
 struct MovedTriangles;
+struct SkinOrder;
+struct JointMatrix;
 
 class ObjectKernel {
  public:
@@ -79,6 +81,8 @@ class ObjectKernel {
   /// Asks about other corners from now on: the triangles of a `bvh` object have moved. Not while another thread uses the
   /// kernel. Allocates nothing. Only for kernels that were made of a field of triangles, to be moved.
   virtual void move(const MovedTriangles&) {}
+  /// skin_vertices() of kernels/reference/triangles/skin.hpp, with exactly its bits. For kernels that move().
+  virtual void skin(const SkinOrder&, const JointMatrix*, const float (*)[4], float (*)[4]) const {}
   /// Whether move() and queries read nodes and vertices of the field.
   virtual bool reads_nodes() const { return true; }
   virtual BuiltBytes built_bytes() const { return {}; }

@@ -1,6 +1,7 @@
 // What bends, from `nif bake --deforms` to `--clip` of nif eval, nif bench and nif render.
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "formats/base/status.hpp"
@@ -61,6 +62,15 @@ TEST_F(Clips, BakeKeepsVerticesAndSkin) {
   ASSERT_EQ(nif({"bake", cloth, "-o", path("cloth.nif"), "--deforms", "--rays", "0"}).code, 0);
   info = parsed({"info", path("cloth.nif"), "--json"});
   EXPECT_EQ(info["objects"][0]["source_vertices"], 4);
+  // And their coordinates count, which a vertex that no triangle has does not.
+  const std::string far = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1e18 0 0\nf 1 2 3\n";
+  const std::string unused = folder_.write("unused.obj", far).string();
+  EXPECT_EQ(nif({"bake", unused, "-o", path("far.nif"), "--deforms", "--rays", "0"}).code, 0);
+  const std::string line = folder_.write("line.obj", far + "f 1 2 4\n").string();
+  EXPECT_EQ(nif({"bake", line, "-o", path("far.nif"), "--rays", "0"}).code, 0) << "it is dropped";
+  expect_refused({"bake", line, "-o", path("none.nif"), "--deforms", "--rays", "0"}, Status::too_large,
+                 "too large for a BVH");
+  EXPECT_FALSE(std::filesystem::exists(path("none.nif")));
 }
 
 TEST_F(Clips, EvalAndBenchMeasureFrames) {

@@ -188,6 +188,66 @@ TEST_P(BendingTest, Poses) {
   EXPECT_GT(met_, 3'000u);
 }
 
+/// A soup whose triangles have vertices of their own: a pose moves those at the same place alike, but not if joints, weights
+/// or targets differ, and nifSetInstanceVertices moves each.
+TEST_P(BendingTest, VerticesAtTheSamePlace) {
+  for (uint64_t seed = 0; seed < 6; ++seed) {
+    Random random(seed);
+    const Soup joined = random_soup(random, 150);
+    const uint32_t influences = seed % 3 == 2 ? 0 : 4, targets = uint32_t(seed % 3);
+    const format::Skin own = random_skin(random, uint32_t(joined.positions.size()), influences, targets);
+    Soup soup;
+    std::vector<uint32_t> from;
+    for (const auto& triangle : joined.triangles) {
+      const auto first = uint32_t(from.size());
+      soup.triangles.push_back({first, first + 1, first + 2});
+      from.insert(from.end(), triangle.begin(), triangle.end());
+    }
+    format::Skin skin{uint32_t(from.size()), own.joint_count, own.influences, own.target_count, {}, {}, {}};
+    for (const uint32_t v : from) {
+      soup.positions.push_back(joined.positions[v]);
+      for (size_t k = v * influences; k < (v + 1) * influences; ++k) {
+        skin.weights.push_back(own.weights[k]);
+        skin.joints.push_back(own.joints[k]);
+      }
+    }
+    for (size_t t = 0; t < targets; ++t)
+      for (const uint32_t v : from) skin.targets.push_back(own.targets[t * joined.positions.size() + v]);
+    // Some are moved in their own way.
+    for (size_t v = 0; v < from.size(); v += 7) {
+      if (influences != 0) std::swap(skin.weights[v * influences], skin.weights[v * influences + 1]);
+      if (targets != 0) skin.targets[v][seed % 3] += 0.25f;
+    }
+    const NifScene scene = scene_of(asset_of(soup, seed, &skin), 0);
+    for (int round = 0; round < 3; ++round) {
+      Soup moved = soup;
+      if (round == 1) {
+        for (auto& p : moved.positions)
+          for (float& x : p) x += random.between(-0.2f, 0.2f);
+        ASSERT_EQ(nifSetInstanceVertices(scene, 0, moved.positions[0].data(), 12), NIF_OK);
+      } else {
+        const Joints joints = random_joints(random, skin.joint_count);
+        std::vector<float> weights;
+        for (uint32_t t = 0; t < targets; ++t) weights.push_back(random.between(-1.0f, 1.0f));
+        auto pose = nifkit::sized<NifPose>();
+        pose.joints = joints.empty() ? nullptr : joints[0].data();
+        pose.joint_count = skin.joint_count;
+        pose.weights = weights.data();
+        pose.target_count = targets;
+        ASSERT_EQ(nifPoseInstance(scene, 0, &pose), NIF_OK) << nifGetErrorMessage();
+        moved.positions = posed(soup.positions, skin, joints, weights);
+      }
+      ASSERT_EQ(nifCommitScene(scene), NIF_OK);
+      expect_same(scene, scene_of(asset_of(moved, seed + 100, nullptr, false), 0), rays_at(moved, seed, 600));
+    }
+    // The last call before a commit counts.
+    ASSERT_EQ(nifSetInstanceVertices(scene, 0, nullptr, 0), NIF_OK);
+    ASSERT_EQ(nifCommitScene(scene), NIF_OK);
+    expect_same(scene, scene_of(asset_of(soup, seed + 100, nullptr, false), 0), rays_at(soup, seed, 600));
+  }
+  EXPECT_GT(met_, 1'000u);
+}
+
 /// Each instance has a pose of its own; those without one are at rest, and so is one whose pose is taken back. Removed
 /// ones leave no trace.
 TEST_P(BendingTest, ManyInstances) {
@@ -248,6 +308,45 @@ TEST_P(BendingTest, ManyInstances) {
     expect_same(scene, fresh, rays);
   }
   EXPECT_GT(met_, 2'000u);
+}
+
+/// Several threads commit together, with the same bits.
+class BendingTogether : public BendingTest {};
+INSTANTIATE_TEST_SUITE_P(Threads, BendingTogether,
+                         testing::Values("threads=1", "threads=2", "threads=5", "threads=3,isa=scalar"),
+                         [](const auto& p) { return "of_" + std::string(p.param).substr(8, 1); });
+
+TEST_P(BendingTogether, AsOneByOne) {
+  Random random(11);
+  const Soup soup = random_soup(random, 500);
+  const format::Skin skin = random_skin(random, uint32_t(soup.positions.size()), 4, 0);
+  const NifAsset asset = asset_of(soup, 1, &skin);
+  constexpr uint32_t kInstances = 40;  // 20,000 triangles: worth several threads
+  const NifScene scene = new_scene();
+  for (uint32_t i = 0; i < kInstances; ++i)
+    ASSERT_EQ(nifAddInstance(scene, asset, 0, nullptr, nullptr), NIF_OK);
+  std::vector<Soup> posed_soups(kInstances, soup);
+  for (uint32_t round = 0; round < 3; ++round) {
+    for (uint32_t i = 0; i < kInstances; ++i) {
+      if (round != 0 && i % 5 == round) continue;  // as it was
+      const Joints joints = random_joints(random, skin.joint_count);
+      auto pose = nifkit::sized<NifPose>();
+      pose.joints = joints[0].data();
+      pose.joint_count = skin.joint_count;
+      ASSERT_EQ(nifPoseInstance(scene, i, &pose), NIF_OK) << nifGetErrorMessage();
+      posed_soups[i].positions = posed(soup.positions, skin, joints, {});
+    }
+    ASSERT_EQ(nifCommitScene(scene), NIF_OK);
+    for (uint32_t i = round; i < kInstances; i += 4) {  // each alone
+      for (uint32_t other = 0; other < kInstances; ++other)
+        ASSERT_EQ(nifSetInstanceMask(scene, other, other == i ? 1 : 0), NIF_OK);
+      ASSERT_EQ(nifCommitScene(scene), NIF_OK);
+      const NifScene fresh = scene_of(asset_of(posed_soups[i], 100 + i, nullptr, false), 0);
+      expect_same(scene, fresh, rays_at(posed_soups[i], i, 100));
+    }
+    for (uint32_t i = 0; i < kInstances; ++i) ASSERT_EQ(nifSetInstanceMask(scene, i, 1), NIF_OK);
+  }
+  EXPECT_GT(met_, 500u);
 }
 
 TEST_P(BendingTest, BadInput) {

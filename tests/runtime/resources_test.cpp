@@ -145,6 +145,16 @@ TEST_P(ThreadResources, NothingIsAllocated) {
   check(nifSetInstanceVertices(scenes_[1], 0, vertices.data(), 12));
   check(nifPoseInstance(scenes_[1], 0, &pose));
   check(nifCommitScene(scenes_[1]));
+  // So many that several threads commit them.
+  NifScene crowd = nullptr;
+  check(nifNewScene(device_, &crowd));
+  const auto bending = uint32_t(20'000 / object_info.triangles + 2);
+  const auto pose_crowd = [&] {
+    for (uint32_t i = 0; i < bending; ++i) check(nifPoseInstance(crowd, i, &pose));
+    check(nifCommitScene(crowd));
+  };
+  for (uint32_t i = 0; i < bending; ++i) check(nifAddInstance(crowd, assets_[0], 2, nullptr, nullptr));
+  pose_crowd();
 
   const int64_t before = allocations;
   ask(*this, answers, scratch, bytes);
@@ -162,6 +172,7 @@ TEST_P(ThreadResources, NothingIsAllocated) {
   check(nifSetInstanceVertices(scenes_[1], 0, vertices.data(), 12));
   check(nifPoseInstance(scenes_[1], 0, &pose));
   check(nifCommitScene(scenes_[1]));
+  pose_crowd();
   nifGetErrorName(NIF_ERROR_CANCELLED);
   nifGetErrorMessage();
   const int64_t during = allocations - before;
@@ -169,6 +180,7 @@ TEST_P(ThreadResources, NothingIsAllocated) {
   EXPECT_EQ(during, 0);
   EXPECT_GT(before, 100) << "nothing is counted at all";
   nifReleaseJob(job);
+  nifReleaseScene(crowd);
   std::free(scratch);
 }
 

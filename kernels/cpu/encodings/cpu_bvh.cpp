@@ -18,6 +18,7 @@
 // For a single lane there is the reference.
 #if HWY_TARGET != HWY_SCALAR
 #include "kernels/cpu/triangles/refit-inl.hpp"
+#include "kernels/cpu/triangles/skin-inl.hpp"
 #include "kernels/cpu/triangles/traverse-inl.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -51,6 +52,7 @@ constexpr SimdFunctions<BvhTree> kBvhFunctions = {
     .intersect = intersect_bvh,
 #ifndef NIF_WITHOUT_BENDING  // for WebAssembly, where every byte is downloaded
     .move = move_bvh,
+    .skin = skin_in_lanes,
 #endif
 };
 

@@ -108,8 +108,9 @@ inline void refit(const TrianglesField& field, BvhNode* nodes, VertexBox* boxes)
 struct MovedTriangles {
   /// Its extent is the new one. Its nodes and vertices are new only if the kernel reads_nodes().
   TrianglesField field;
-  VertexBox box;                 ///< around all triangles
-  const float (*positions)[4];   ///< of each vertex that triangles have; the last is 0
+  VertexBox box;  ///< around all triangles
+  /// Of each vertex that triangles have, 16-byte aligned; the last is no coordinate, and may be any finite number.
+  const float (*positions)[4];
   const uint32_t (*corners)[3];  ///< [triangle of the object] its vertices, as indices of `positions`
 };
 

@@ -1,4 +1,4 @@
-// Decides which threads help with a query, and how its rays are divided among them.
+// Decides which threads help with a query, or with a commit, and how rays or instances are divided among them.
 #include "query/job.hpp"
 
 #include <algorithm>
@@ -15,6 +15,8 @@ namespace {
 
 /// Waking a thread takes about as long as answering a batch: smaller queries stay on the calling thread.
 constexpr uint64_t kWorthSharing = 2 * kBatchRays;
+/// The same for triangles that bend, of at least two instances: some 5 ns each.
+constexpr uint64_t kTrianglesWorthSharing = 8192;
 
 /// With several threads, batches may be smaller, so that all threads finish at about the same time; but not
 /// so small that the kernels' overhead at the end of a batch matters.
@@ -31,11 +33,18 @@ void run_task(void* argument, uint64_t) {
   job->device->pool.help_and_drop(*job);
 }
 
+#ifndef NIF_WITHOUT_BENDING
+void refit(const BentInstance& bent) {
+  if (bent.own != nullptr && bent.instance != kernels::kNoInstance) bent.own->refit();
+}
+#endif
+
 void set_up(NifJobObject& job, NifSceneObject& scene, const Request& request) {
   job.device = scene.device.get();
   job.device->retain();
   job.scene = &scene;
   job.request = request;
+  job.refits = false;
   job.batches = request.batches();
   job.next = 0;
   job.done = 0;
@@ -67,8 +76,15 @@ void take_blocks(NifJobObject& job, void* scratch) {
   uint64_t batch = job.next.fetch_add(1);
   if (batch >= job.batches) return;
   const FloatEnvironment environment;
-  const ClaimedArea area(job.device->areas, scratch);
   uint64_t answered = 0;
+#ifndef NIF_WITHOUT_BENDING
+  if (job.refits) {
+    for (; batch < job.batches; batch = job.next.fetch_add(1), ++answered) refit(job.scene->bent[batch]);
+    job.done.fetch_add(answered);
+    return;
+  }
+#endif
+  const ClaimedArea area(job.device->areas, scratch);
   for (; batch < job.batches; batch = job.next.fetch_add(1), ++answered)
     answer_batch_of(*job.scene, job.request, batch, *area);
   job.done.fetch_add(answered);
@@ -99,6 +115,35 @@ void answer(NifSceneObject& scene, Request request) {
   device.pool.finish(job, request.rays.scratch);
   if (job.drop()) dispose(job);
 }
+
+#ifndef NIF_WITHOUT_BENDING
+void refit_together(NifSceneObject& scene) {
+  NifDeviceObject& device = *scene.device.get();
+  const uint32_t threads = device.configuration.threads;
+  uint64_t triangles = 0, changed = 0;
+  for (const BentInstance& bent : scene.bent)
+    if (bent.own != nullptr && bent.instance != kernels::kNoInstance && bent.own->changed()) {
+      triangles += bent.own->field().triangle_count;
+      ++changed;
+    }
+  uint32_t number = Claims::kNone;
+  if (threads > 1 && changed > 1 && triangles >= kTrianglesWorthSharing)
+    number = device.free_jobs.try_claim();
+  if (number == Claims::kNone) {
+    for (const BentInstance& bent : scene.bent) refit(bent);
+    return;
+  }
+  NifJobObject& job = device.jobs[number];
+  job.number = number;
+  job.retain();
+  set_up(job, scene, {});
+  job.refits = true;
+  job.batches = scene.bent.size();
+  share(job, std::min<uint64_t>(threads, changed) - 1);
+  device.pool.finish(job, nullptr);
+  if (job.drop()) dispose(job);
+}
+#endif
 
 uintptr_t start_job(NifSceneObject& scene, Request request) {
   NifDeviceObject& device = *scene.device.get();

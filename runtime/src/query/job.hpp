@@ -1,4 +1,5 @@
-// Lets several threads work on one query: each takes batches until none is left.
+// Lets several threads work on one query: each takes batches until none is left. Also on the instances of a scene that have
+// bent.
 //
 // References keep a job alive: the thread that waits for it, each thread that works on it, the pool's queue,
 // and each task given to the caller's task runner hold one. A task may run long after the last batch is done,
@@ -17,6 +18,7 @@ struct NifJobObject : nif::runtime::Object {
   NifDeviceObject* device = nullptr;  ///< holds a reference while the job is in use
   NifSceneObject* scene = nullptr;
   nif::runtime::Request request;
+  bool refits = false;  ///< instead of a query: batch i refits the scene's bent instance i
 
   uint64_t batches = 0;
   // One cache line each: threads write them while others read the request.
@@ -54,6 +56,9 @@ void dispose(NifJobObject& job);
 
 /// Answers a request on the calling thread and its helpers; returns when it is answered.
 void answer(NifSceneObject& scene, Request request);
+
+/// Refits the scene's instances that have bent, on the calling thread and its helpers. Allocates nothing.
+void refit_together(NifSceneObject& scene);
 
 /// Lets other threads answer a request; if there are none, answers it before returning. Returns the job's
 /// handle.

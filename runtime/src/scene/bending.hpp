@@ -10,6 +10,7 @@
 
 #include "formats/nif/reader.hpp"
 #include "kernels/reference/triangles/refit.hpp"
+#include "kernels/reference/triangles/skin.hpp"
 #include "nif/nif.h"
 #include "scene/kernel.hpp"
 
@@ -19,7 +20,7 @@ namespace nif::runtime {
 
 struct GpuAsset;
 
-/// A vertex: x, y, z and 0.
+/// A vertex: x, y, z, and what is not a coordinate.
 struct alignas(16) Vertex {
   float at[4];
 };
@@ -28,28 +29,55 @@ struct alignas(16) Vertex {
 uint64_t bending_vertices(const format::AssetView& asset, uint32_t object);
 
 /// What the instances of an object share that bend, read from its asset.
+///
+/// Vertices of the source that triangles have are numbered anew, without gaps. Those that every pose moves alike are one
+/// point: files have several vertices where the normal or the texture changes. A pose moves the points, which come first, in
+/// the order in which kernels move them, and of equals that in which the tree has them.
 class BendingObject {
  public:
   /// The asset must outlive it. Its object must have bending_vertices().
   BendingObject(const format::AssetView& asset, uint32_t object, std::pmr::memory_resource* memory);
+  BendingObject(const BendingObject&) = delete;  // order_ points into it
+  BendingObject& operator=(const BendingObject&) = delete;
 
   const kernels::TrianglesField& field() const { return *field_; }
   const kernels::SkinField* skin() const { return skin_; }  ///< null if there is none
-  // Vertices of the source that triangles have are numbered without gaps, in their order.
-  std::span<const uint32_t> sources() const { return sources_; }           ///< their numbers in the source
-  std::span<const Vertex> rest() const { return rest_; }                   ///< where they are at rest
-  uint32_t vertex_of(uint32_t stored) const { return vertices_[stored]; }  ///< of a vertex of the field
-  const uint32_t (*corners() const)[3] { return reinterpret_cast<const uint32_t(*)[3]>(corners_.data()); }
+  std::span<const uint32_t> sources() const {
+    return sources_;
+  }                                                       ///< of each vertex, its number in the source
+  std::span<const Vertex> rest() const { return rest_; }  ///< where the points are at rest; the last is 1
+  const kernels::SkinOrder& skin_order() const { return order_; }  ///< of the points
+  /// Of a vertex of the field; if `posed`, the point.
+  uint32_t vertex_of(uint32_t stored, bool posed) const {
+    return posed && !points_.empty() ? points_[vertices_[stored]] : vertices_[stored];
+  }
+  /// Of each triangle; if `posed`, points.
+  const uint32_t (*corners(bool posed) const)[3] {
+    return reinterpret_cast<const uint32_t(*)[3]>(
+        (posed && !points_.empty() ? point_corners_ : corners_).data());
+  }
   size_t bytes() const {
-    return rest_.capacity() * sizeof(Vertex) +
-           (sources_.capacity() + vertices_.capacity() + corners_.capacity()) * sizeof(uint32_t);
+    return rest_.capacity() * sizeof(Vertex) + weights_.capacity() * sizeof(float) +
+           joints_.capacity() * sizeof(uint16_t) +
+           (sources_.capacity() + vertices_.capacity() + points_.capacity() + corners_.capacity() +
+            point_corners_.capacity()) *
+               sizeof(uint32_t);
   }
 
  private:
+  void number_vertices(const kernels::SourceTriangles& numbers);
+  uint32_t joints_of(uint32_t source) const;
+  int compare_moves(uint32_t source, uint32_t other) const;
+
   const kernels::TrianglesField* field_;
   const kernels::SkinField* skin_;
-  std::pmr::vector<uint32_t> sources_, vertices_, corners_;
+  kernels::SkinOrder order_{};
+  std::pmr::vector<uint32_t> sources_, vertices_;
+  std::pmr::vector<uint32_t> points_;  ///< of each vertex; empty if each is a point
+  std::pmr::vector<uint32_t> corners_, point_corners_;
   std::pmr::vector<Vertex> rest_;
+  std::pmr::vector<float> weights_;
+  std::pmr::vector<uint16_t> joints_;
 };
 
 class BentObject {
@@ -68,25 +96,33 @@ class BentObject {
   void pose(const NifPose& pose);
   void rest();
 
-  /// Returns false if nothing has changed since the last one. Allocates nothing.
-  bool refit();
+  /// Moves vertices and boxes, if anything has changed. Allocates nothing. Those of several objects may run at the same time.
+  void refit();
+  bool changed() const { return changed_; }    ///< since the last refit()
+  bool refitted() const { return refitted_; }  ///< since the last forget_refit()
+  void forget_refit() { refitted_ = false; }
   size_t bytes() const;
 
   GpuAsset* on_gpu = nullptr;  ///< the runtime's GPU frees it
 
  private:
-  void move_by_skin(const NifPose& pose);
+  void move_by_skin();
+  kernels::VertexBox box_of_positions() const;
 
   const BendingObject* shared_;
-  std::pmr::vector<Vertex> positions_;  ///< as BendingObject::rest()
-  std::pmr::vector<Vertex> joints_;     ///< [joint][column of its matrix]
+  std::pmr::vector<Vertex> positions_;             ///< as BendingObject::sources(), or only the points
+  std::pmr::vector<kernels::JointMatrix> joints_;  ///< of the last pose
+  std::pmr::vector<float> weights_;                ///< of its morph targets
+  uint32_t target_count_ = 0;                      ///< that it has: all or none
   std::pmr::vector<kernels::BvhNode> nodes_;
   std::pmr::vector<float> vertices_;
   std::pmr::vector<kernels::VertexBox> boxes_;  ///< with nodes and vertices
   kernels::BvhNode root_{};                     ///< without them
   kernels::TrianglesField field_;
   KernelPointer kernel_;
-  bool changed_ = true;
+  bool changed_ = true, refitted_ = false;
+  bool posed_ = true;   ///< `positions_` has points, or will have
+  bool poses_ = false;  ///< the last pose has not moved them yet
 };
 
 }  // namespace nif::runtime

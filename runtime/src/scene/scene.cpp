@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "api/error.hpp"
+#include "query/job.hpp"
 
 namespace nif::runtime {
 
@@ -255,10 +256,12 @@ uint32_t find_sole(const NifSceneObject& scene) {
 /// Refits the instances that have bent.
 void commit_bent([[maybe_unused]] NifSceneObject& scene) {
 #ifndef NIF_WITHOUT_BENDING
+  refit_together(scene);
   for (const BentInstance& bent : scene.bent) {
-    if (bent.instance == kernels::kNoInstance || !bent.own->refit()) continue;
+    if (bent.instance == kernels::kNoInstance || !bent.own->refitted()) continue;
     scene.objects[bent.object].reach_scale = kernels::reach_scale(kernels::AnyField(bent.own->field()));
     change(scene, bent.instance, scene.settings[bent.instance]);
+    bent.own->forget_refit();
   }
 #endif
 }
