@@ -1,6 +1,6 @@
 // A .nif object in WebGPU: its words in a buffer, and nif.wgsl in front of your own text. Nothing here knows of an engine.
 
-const kMagic = 0x5346494e, kVersion = 1; // words 0 and 1
+const kMagic = 0x5346494e, kVersion = 2; // words 0 and 1
 const kBinding = /^@group\(0\) @binding\(0\) .*\n/m, kRead = /^fn nif_word\(.*\n/m;
 
 async function read(url) {
