@@ -961,20 +961,10 @@ NifAnswer nif_ask_planes(vec3 origin, vec3 direction, float tmin, float tmax, bo
   return answer;
 }
 
-// By triangles, and before them by planes if the object has both.
-NifAnswer nif_ask_triangles(vec3 origin, vec3 direction, float tmin, float tmax, float moved) {
-  NifAnswer answer = NifAnswer(true, false, NIF_CERTAIN_LOGIT, 1.0, tmin, tmax, NIF_NONE);
-  bool proves = NIF_PROVES && (nif_header(3u) & 2u) != 0u;
-  nif_forget_triangles(false);
-  if (!nif_enter_tree(origin, direction, tmin, tmax, moved)) {
-    answer.certain = proves && !nif_is_nan(tmin) && !nif_is_nan(tmax) && tmin > tmax;
-    return answer;
-  }
+// What the triangles between the planes say. nif_enter_tree() has prepared the ray.
+NifAnswer nif_ask_triangles(NifAnswer by_planes) {
+  NifAnswer answer = by_planes;
   if ((nif_header(3u) & 8u) != 0u) {
-    answer = nif_ask_planes(origin, direction, tmin, tmax, false);
-    if (answer.certain) {
-      return answer;
-    }
     nif_leave_boxes_outside(answer.open_begin, answer.open_end);
   }
   nif_walk_tree(NIF_NONE);
@@ -989,18 +979,32 @@ NifAnswer nif_ask_triangles(vec3 origin, vec3 direction, float tmin, float tmax,
   return answer;
 }
 
-// The whole of it. `moved`: as for nif_enter_tree().
+// The whole of it. `moved`: as for nif_enter_tree(). Planes are asked in one place, because compilers that copy each function
+// to its callers would otherwise have that traversal twice.
 NifAnswer nif_ask(uint object, vec3 origin, vec3 direction, float tmin, float tmax, bool learned, float moved) {
   nif_object = object;
   uint flags = nif_header(3u);
   bool has_triangles = (flags & 4u) != 0u;
+  NifAnswer answer = NifAnswer(false, false, -1, 0.5, tmin, tmax, NIF_NONE);
   if (nif_header(0u) != 0x5346494eu || nif_header(1u) != 2u || (has_triangles && !NIF_TRIANGLES)) {
-    return NifAnswer(false, false, -1, 0.5, tmin, tmax, NIF_NONE);  // not tables that this file reads
+    return answer;  // not tables that this file reads
   }
-  if (NIF_TRIANGLES && has_triangles) {
-    return nif_ask_triangles(origin, direction, tmin, tmax, moved);
+  bool by_triangles = NIF_TRIANGLES && has_triangles;
+  if (by_triangles) {
+    nif_forget_triangles(false);
+    if (!nif_enter_tree(origin, direction, tmin, tmax, moved)) {
+      bool proves = NIF_PROVES && (flags & 2u) != 0u;
+      bool no_points = !nif_is_nan(tmin) && !nif_is_nan(tmax) && tmin > tmax;
+      return NifAnswer(true, proves && no_points, NIF_CERTAIN_LOGIT, 1.0, tmin, tmax, NIF_NONE);
+    }
   }
-  return nif_ask_planes(origin, direction, tmin, tmax, learned);
+  if (!by_triangles || (flags & 8u) != 0u) {
+    answer = nif_ask_planes(origin, direction, tmin, tmax, learned && !by_triangles);
+  }
+  if (by_triangles && !answer.certain) {
+    answer = nif_ask_triangles(answer);
+  }
+  return answer;
 }
 
 // ---- Scenes

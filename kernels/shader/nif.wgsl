@@ -922,20 +922,10 @@ fn nif_ask_planes(origin : vec3<f32>, direction : vec3<f32>, tmin : f32, tmax : 
   return answer;
 }
 
-// By triangles, and before them by planes if the object has both.
-fn nif_ask_triangles(origin : vec3<f32>, direction : vec3<f32>, tmin : f32, tmax : f32, moved : f32) -> NifAnswer {
-  var answer : NifAnswer = NifAnswer(true, false, NIF_CERTAIN_LOGIT, 1.0, tmin, tmax, NIF_NONE);
-  let proves : bool = NIF_PROVES && (nif_header(3u) & 2u) != 0u;
-  nif_forget_triangles(false);
-  if (!nif_enter_tree(origin, direction, tmin, tmax, moved)) {
-    answer.certain = proves && !nif_is_nan(tmin) && !nif_is_nan(tmax) && tmin > tmax;
-    return answer;
-  }
+// What the triangles between the planes say. nif_enter_tree() has prepared the ray.
+fn nif_ask_triangles(by_planes : NifAnswer) -> NifAnswer {
+  var answer : NifAnswer = by_planes;
   if ((nif_header(3u) & 8u) != 0u) {
-    answer = nif_ask_planes(origin, direction, tmin, tmax, false);
-    if (answer.certain) {
-      return answer;
-    }
     nif_leave_boxes_outside(answer.open_begin, answer.open_end);
   }
   nif_walk_tree(NIF_NONE);
@@ -950,18 +940,32 @@ fn nif_ask_triangles(origin : vec3<f32>, direction : vec3<f32>, tmin : f32, tmax
   return answer;
 }
 
-// The whole of it. `moved`: as for nif_enter_tree().
+// The whole of it. `moved`: as for nif_enter_tree(). Planes are asked in one place, because compilers that copy each function
+// to its callers would otherwise have that traversal twice.
 fn nif_ask(object : u32, origin : vec3<f32>, direction : vec3<f32>, tmin : f32, tmax : f32, learned : bool, moved : f32) -> NifAnswer {
   nif_object = object;
   let flags : u32 = nif_header(3u);
   let has_triangles : bool = (flags & 4u) != 0u;
+  var answer : NifAnswer = NifAnswer(false, false, -1, 0.5, tmin, tmax, NIF_NONE);
   if (nif_header(0u) != 0x5346494eu || nif_header(1u) != 2u || (has_triangles && !NIF_TRIANGLES)) {
-    return NifAnswer(false, false, -1, 0.5, tmin, tmax, NIF_NONE);  // not tables that this file reads
+    return answer;  // not tables that this file reads
   }
-  if (NIF_TRIANGLES && has_triangles) {
-    return nif_ask_triangles(origin, direction, tmin, tmax, moved);
+  let by_triangles : bool = NIF_TRIANGLES && has_triangles;
+  if (by_triangles) {
+    nif_forget_triangles(false);
+    if (!nif_enter_tree(origin, direction, tmin, tmax, moved)) {
+      let proves : bool = NIF_PROVES && (flags & 2u) != 0u;
+      let no_points : bool = !nif_is_nan(tmin) && !nif_is_nan(tmax) && tmin > tmax;
+      return NifAnswer(true, proves && no_points, NIF_CERTAIN_LOGIT, 1.0, tmin, tmax, NIF_NONE);
+    }
   }
-  return nif_ask_planes(origin, direction, tmin, tmax, learned);
+  if (!by_triangles || (flags & 8u) != 0u) {
+    answer = nif_ask_planes(origin, direction, tmin, tmax, learned && !by_triangles);
+  }
+  if (by_triangles && !answer.certain) {
+    answer = nif_ask_triangles(answer);
+  }
+  return answer;
 }
 
 // ---- Scenes
