@@ -49,7 +49,8 @@ export class NifObject {
     if (!kBinding.test(text) || !kRead.test(text) || !room) throw new Error('nif.wgsl is not as this page knows it');
     if (words[21] > room) throw new Error(`${name} needs NIF_NETWORK_WORDS ${words[21]}; nif.wgsl has ${room}`);
     this.words = words;
-    this.text = text;
+    // What reads triangles costs registers, and time to build.
+    this.text = words[3] & 4 ? text : text.replace('NIF_TRIANGLES : bool = true;', 'NIF_TRIANGLES : bool = false;');
     this.bounds = [Array.from(numbers.subarray(40, 43)), Array.from(numbers.subarray(43, 46))];
     /** Shadow rays start so far above the surface. */
     this.bias = numbers[46];
