@@ -20,12 +20,13 @@ format::Object describe(const Prepared& prepared, ObjectReport& report) {
   object.aabb_min = prepared.box.min;
   object.aabb_max = prepared.box.max;
   object.bias = prepared.bias;
-  object.triangle_count = uint32_t(std::min<uint64_t>(prepared.surface.triangles.size(), 0xffffffffu));
   report.name = object.name;
-  report.triangles = prepared.surface.triangles.size();
-  report.cleaned = prepared.surface.report;
+  report.triangles = prepared.bends ? prepared.source->triangles.size() : prepared.surface.triangles.size();
+  object.triangle_count = uint32_t(std::min<uint64_t>(report.triangles, 0xffffffffu));
   report.closed_components = prepared.closed.count();
   report.open_components = prepared.closed.open_components;
+  if (prepared.bends) return object;  // nothing was changed
+  report.cleaned = prepared.surface.report;
   report.turned = prepared.closed.turned;
   return object;
 }

@@ -59,6 +59,12 @@ uint64_t count_in(const Json& merge, const char* name) {
   return count->get<uint64_t>();
 }
 
+bool flag_in(const Json& merge, const char* name) {
+  const Json* flag = member_of(merge, name);
+  if (flag && !flag->is_boolean()) refuse(fmt::format("'{}' is neither true nor false", name));
+  return flag && flag->get<bool>();
+}
+
 }  // namespace
 
 ordered_json to_json(const mesh::MergeOptions& options) {
@@ -66,6 +72,7 @@ ordered_json to_json(const mesh::MergeOptions& options) {
   if (!options.nodes.empty()) described["nodes"] = options.nodes;
   if (!options.except.empty()) described["except"] = options.except;
   if (options.skins) described["skins"] = true;
+  if (options.carried) described["carried"] = true;
   described["added_triangles"] = options.added_triangles.value_or(0);
   described["part_triangles"] = options.part_triangles;
   described["object_triangles"] = options.object_triangles;
@@ -96,10 +103,8 @@ std::optional<mesh::MergeOptions> merge_options_of(std::string_view metadata) {
   mesh::MergeOptions options;
   options.nodes = words_of(*merge, "nodes");
   options.except = words_of(*merge, "except");
-  if (const Json* skins = member_of(*merge, "skins")) {
-    if (!skins->is_boolean()) refuse("'skins' is neither true nor false");
-    options.skins = skins->get<bool>();
-  }
+  options.skins = flag_in(*merge, "skins");
+  options.carried = flag_in(*merge, "carried");
   options.added_triangles = count_in(*merge, "added_triangles");
   options.part_triangles = count_in(*merge, "part_triangles");
   options.object_triangles = count_in(*merge, "object_triangles");

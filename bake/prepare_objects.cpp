@@ -23,25 +23,12 @@ std::vector<format::Instance> instances_of(const mesh::Scene& scene, const Prepa
   return instances;
 }
 
-/// Which objects bend (BakeOptions::deforms). What has holes does not.
-void choose_bending(const mesh::Scene& scene, PreparedScene& prepared) {
-  const bool any_skin =
-      std::ranges::any_of(scene.meshes, [](const mesh::Mesh& mesh) { return mesh.skin != nullptr; });
-  for (Prepared& object : prepared.objects) {
-    if (any_skin && !object.source->skin) continue;
-    object.bends = !object.has_holes();
-    if (!object.bends)
-      prepared.notes.push_back("'" + object.source->name + "' has holes, so it does not bend");
-  }
-}
-
 }  // namespace
 
 void prepare_objects(BakeRun& run) {
   if (run.callback)
     run.callback({BakeProgress::Stage::preparing, run.scene.meshes.front().name, 0, 1, 0, 0, 0});
-  run.prepared = prepare(run.scene, run.options.strict);
-  if (run.options.deforms) choose_bending(run.scene, run.prepared);
+  run.prepared = prepare(run.scene, run.options.strict, run.options.deforms);
   const std::vector<Prepared>& objects = run.prepared.objects;
   BakeResult& result = run.result;
   result.notes = std::move(run.prepared.notes);

@@ -126,6 +126,7 @@ bool blocks_nothing(const mesh::Mesh& mesh) {
 /// What was changed in a mesh, after its name; empty if nothing was. Welding moves no position, so it does
 /// not count as a change.
 std::string changes_of(const Prepared& prepared) {
+  if (prepared.bends) return {};
   std::vector<std::string> changes;
   const mesh::CleanReport& cleaned = prepared.surface.report;
   const auto change = [&](uint64_t count, const char* verb, const char* which) {
@@ -140,8 +141,10 @@ std::string changes_of(const Prepared& prepared) {
 
 }  // namespace
 
-PreparedScene prepare(const mesh::Scene& scene, bool strict) {
+PreparedScene prepare(const mesh::Scene& scene, bool strict, bool deforms) {
   PreparedScene prepared;
+  const bool any_skin =
+      std::ranges::any_of(scene.meshes, [](const mesh::Mesh& mesh) { return mesh.skin != nullptr; });
   if (strict) refuse_losses(scene.notes);
   const std::vector<uint32_t> firsts = mesh::first_alike(scene.meshes, true);
   for (uint32_t m = 0; m < scene.meshes.size(); ++m) {
@@ -156,9 +159,14 @@ PreparedScene prepare(const mesh::Scene& scene, bool strict) {
       continue;
     }
     try {
-      prepared.objects.push_back(prepare(mesh));
+      Prepared& object = prepared.objects.emplace_back(prepare(mesh));
       prepared.object_of.push_back(uint32_t(prepared.objects.size() - 1));
-      if (const std::string changes = changes_of(prepared.objects.back()); !changes.empty())
+      if (deforms && (mesh.skin || !any_skin)) {
+        object.bends = !object.has_holes();
+        if (!object.bends)
+          prepared.notes.push_back(fmt::format("'{}' has holes, so it does not bend", mesh.name));
+      }
+      if (const std::string changes = changes_of(object); !changes.empty())
         prepared.notes.push_back(fmt::format("'{}': {}", mesh.name, changes));
     } catch (const Error& error) {
       // One mesh of many that consists only of lines should not make the others fail.

@@ -17,7 +17,7 @@ struct Prepared {
   ClosedComponents closed;
   mesh::Box box;
   float bias;          ///< its bias_of()
-  bool bends = false;  ///< instances of its object can bend; set by a bake
+  bool bends = false;  ///< instances of its object can bend: then it keeps all triangles of the source
 
   /// Whether any triangle has holes.
   bool has_holes() const { return !surface.holes.empty(); }
@@ -41,8 +41,9 @@ struct PreparedScene {
 
 /// Refers to the scene's meshes, which must outlive the result. Throws what prepare() of a mesh throws, but
 /// all_degenerate only if no object is left; with `strict`, Error(needs_repair) with the first note, if there
-/// are any, or with the reader's first loss (mesh::is_loss).
-PreparedScene prepare(const mesh::Scene& scene, bool strict = false);
+/// are any, or with the reader's first loss (mesh::is_loss). `deforms`: objects bend; if any has a skin, those that have one; but
+/// none that has holes.
+PreparedScene prepare(const mesh::Scene& scene, bool strict = false, bool deforms = false);
 
 /// The ground truth of one object, from its prepared mesh, which must outlive it.
 class GroundTruth {

@@ -27,6 +27,19 @@ for mesh in "$games"/{knight,barbarian,mage,fox,morph}/*.gl{b,tf} "$out/tube/tub
     >"$out/$name.bench.json"
 done
 
+# The knight with the props that its joints carry, and without, by turns.
+"$nif" bake "$games/knight/knight.glb" -o "$out/knight-props.nif" --deforms --carry-props --rays 0 --quiet
+"$nif" eval "$out/knight-props.nif" --mesh "$games/knight/knight.glb" --clip all --frames "$frames" --rays "$rays" --reference --hits \
+  --json --quiet >"$out/knight-props.eval.json"
+mkdir -p "$out/props"
+rm -f "$out"/props/*.json
+for turn in $(seq "$rounds"); do
+  for name in knight knight-props; do
+    "$nif" bench "$out/$name.nif" --mesh "$games/knight/knight.glb" --clip all --frames 76 --rays 760000 --rounds 1 --json --quiet \
+      >"$out/props/$name.$turn.json"
+  done
+done
+
 # The knight walks through the town, at four moments of a step.
 "$nif" bake "$games/town/town_model.gltf" -o "$out/town.nif" --rays 0 --quiet
 {

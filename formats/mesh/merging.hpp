@@ -25,6 +25,8 @@ struct MergeOptions {
   uint64_t object_triangles = 0;  ///< limit for one merged mesh
   /// Also what the joints of one skin move, of a scene that was read with ReadLimits::skins. What has morph targets stays.
   bool skins = false;
+  /// With `skins`, also what a joint carries and does not move against it.
+  bool carried = false;
 };
 
 /// Why an instance stays.

@@ -113,6 +113,17 @@ struct Instance {
   bool deforms = false;     ///< its mesh has a skin or morph targets
 };
 
+/// The joints of a skin of a glTF.
+struct SkinJoints {
+  uint32_t number = 0;  ///< index into the skins of the file, as Skin::number
+  struct Joint {
+    uint32_t node = 0;  ///< index into the nodes of the file
+    /// Row-major 3x4: from the world, as the scene was read, to the space in which meshes are bound. Nothing: it has no inverse.
+    std::optional<std::array<double, 12>> to_bound;
+  };
+  std::vector<Joint> joints;
+};
+
 /// A node of a glTF. The transforms of the instances include its transform.
 struct Node {
   uint32_t number = 0;        ///< index into the nodes of the file
@@ -156,6 +167,7 @@ struct Scene {
   std::vector<Camera> cameras;      ///< for glTF, in the order of the hierarchy; other formats have none
   std::vector<Light> lights;        ///< likewise, from KHR_lights_punctual
   std::vector<Clip> clips;          ///< animations of glTF, with ReadLimits::clips
+  std::vector<SkinJoints> skins;    ///< for glTF, with ReadLimits::skins: those that meshes have
   /// XXH3-64 of the bytes of the file (decompressed) and of its buffers; for a glTF with an attached asset,
   /// of the original file without it.
   uint64_t source_hash = 0;

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <memory>
 #include <numeric>
@@ -105,18 +106,31 @@ Instance relative(const Instance& instance, const Instance& to) {
 using Frame = uint32_t;
 constexpr Frame kStill = kNoNode;
 
-/// What bends several meshes together, one after the other, which must have one skin.
-std::shared_ptr<const Skin> joined(std::span<const Mesh* const> parts) {
-  Skin all = *parts.front()->skin;
+/// A mesh that bends, or that a joint carries.
+struct BentPart {
+  const Mesh* mesh;
+  std::optional<uint16_t> carrier;  ///< the joint that moves it, and nothing else does
+};
+
+/// What bends several meshes together, one after the other. Those that bend, at least one, must have one skin.
+std::shared_ptr<const Skin> joined(std::span<const BentPart> parts) {
+  const auto bends = [](const BentPart& part) { return !part.carrier; };
+  Skin all = *std::ranges::find_if(parts, bends)->mesh->skin;
   all.joints.clear(), all.weights.clear();
-  for (const Mesh* part : parts) all.influences = std::max(all.influences, part->skin->influences);
-  for (const Mesh* part : parts) {
-    const Skin& skin = *part->skin;
-    for (size_t v = 0; v < part->positions.size(); ++v) {
-      const auto from = std::ptrdiff_t(v * skin.influences), to = from + std::ptrdiff_t(skin.influences);
-      all.joints.insert(all.joints.end(), skin.joints.begin() + from, skin.joints.begin() + to);
-      all.weights.insert(all.weights.end(), skin.weights.begin() + from, skin.weights.begin() + to);
-      const size_t unused = all.influences - skin.influences;
+  for (const BentPart& part : parts)
+    if (bends(part)) all.influences = std::max(all.influences, part.mesh->skin->influences);
+  for (const BentPart& part : parts) {
+    for (size_t v = 0; v < part.mesh->positions.size(); ++v) {
+      if (part.carrier) {
+        all.joints.push_back(*part.carrier);
+        all.weights.push_back(1);
+      } else {
+        const Skin& skin = *part.mesh->skin;
+        const auto from = std::ptrdiff_t(v * skin.influences), to = from + std::ptrdiff_t(skin.influences);
+        all.joints.insert(all.joints.end(), skin.joints.begin() + from, skin.joints.begin() + to);
+        all.weights.insert(all.weights.end(), skin.weights.begin() + from, skin.weights.begin() + to);
+      }
+      const size_t unused = all.influences - (part.carrier ? 1 : part.mesh->skin->influences);
       all.joints.insert(all.joints.end(), unused, uint16_t{0});
       all.weights.insert(all.weights.end(), unused, 0.0f);
     }
@@ -144,7 +158,10 @@ class Merger {
   }
 
   Scene run() {
-    std::vector<std::vector<uint32_t>> groups = grouped(within_budget(suited()));
+    std::vector<uint32_t> rigid = named_and_rigid();
+    find_bent();
+    attach_carried(rigid);
+    std::vector<std::vector<uint32_t>> groups = grouped(within_budget(suited(rigid)));
     for (std::vector<uint32_t>& group : skinned()) groups.push_back(std::move(group));
     require_room(groups);
     build(groups);
@@ -152,6 +169,18 @@ class Merger {
   }
 
  private:
+  /// What bends together.
+  struct Bent {
+    std::vector<uint32_t> bending, carried;  // instances
+    uint64_t weight = 0;                     // of both
+  };
+  /// What a joint carries.
+  struct Carried {
+    Bent* by;
+    uint16_t joint;
+    const std::array<double, 12>* to_bound;
+  };
+
   void keep(Stays why, uint64_t count = 1) { merging_.stay[size_t(why)] += count; }
 
   Frame frame_of(const Instance& instance) const {
@@ -189,11 +218,10 @@ class Merger {
     return options_.skins && skin && skin->influences > 0 && skin->targets.empty();
   }
 
-  /// Groups of at least two instances of one skin, each in the order of the scene. Sets their places.
-  std::vector<std::vector<uint32_t>> skinned() {
+  /// Collects what bends, by skin and place. Sets places.
+  void find_bent() {
     std::vector<uint32_t> uses(scene_.meshes.size());
     for (const Instance& instance : scene_.instances) ++uses[instance.mesh];
-    std::map<std::tuple<uint32_t, uint32_t, Transform, Double3>, std::vector<uint32_t>> together;
     for (const uint32_t i : by_skin_) {
       const Instance& instance = scene_.instances[i];
       const Skin& skin = *scene_.meshes[instance.mesh].skin;
@@ -205,12 +233,88 @@ class Merger {
       else if (uses[instance.mesh] > 1)
         keep(Stays::deforms);
       else
-        together[{skin.number, skin.joint_count, instance.transform, instance.remainder}].push_back(i);
+        bent_[{skin.number, skin.joint_count, instance.transform, instance.remainder}].bending.push_back(i);
     }
+  }
+
+  /// The joint of a skin that carries an instance: the nearest node above it, without one between that moves by itself.
+  std::optional<Carried> carrier_of(const Instance& instance,
+                                    const std::map<uint32_t, std::optional<Carried>>& joints) const {
+    for (uint32_t node = instance.node; node != kNoNode; node = scene_.nodes[node].parent) {
+      const auto joint = joints.find(scene_.nodes[node].number);
+      if (joint != joints.end()) return joint->second;
+      if (scene_.nodes[node].moves_itself) break;
+    }
+    return std::nullopt;
+  }
+
+  /// Moves what joints carry from `rigid` to what bends, unless that gets too large. Sets places.
+  void attach_carried(std::vector<uint32_t>& rigid) {
+    if (!options_.carried) return;
+    std::map<uint32_t, std::optional<Carried>> joints;  // by number of the node; nothing: it cannot carry
+    for (auto& [key, bent] : bent_) {
+      for (const uint32_t i : bent.bending) bent.weight += weight(i);
+      const auto skin = std::ranges::find(scene_.skins, std::get<0>(key), &SkinJoints::number);
+      if (skin == scene_.skins.end()) continue;
+      for (size_t k = 0; k < skin->joints.size(); ++k) {
+        const bool usable = skin->joints[k].to_bound && k <= std::numeric_limits<uint16_t>::max();
+        joints.try_emplace(
+            skin->joints[k].node,
+            usable ? std::optional(Carried{&bent, uint16_t(k), &*skin->joints[k].to_bound}) : std::nullopt);
+      }
+    }
+    for (const uint32_t i : rigid) {
+      const Instance& instance = scene_.instances[i];
+      // With holes the whole would not bend (bake::prepare_objects()).
+      const bool copied = placed_[firsts_[instance.mesh]] > 1;
+      if ((copied && weight(i) >= options_.part_triangles) || !scene_.meshes[instance.mesh].holes.empty())
+        continue;
+      const std::optional<Carried> carried = carrier_of(instance, joints);
+      if (!carried) continue;
+      const Box place = bounds(boxes_[instance.mesh], bound(instance, *carried->to_bound).transform);
+      if (is_too_far(place)) continue;
+      places_[i] = place;
+      carried_.emplace(i, *carried);
+      carried->by->carried.push_back(i);
+      carried->by->weight += weight(i);
+    }
+    for (auto& [key, bent] : bent_) {
+      if (bent.weight <= options_.object_triangles) continue;
+      for (const uint32_t i : bent.carried) carried_.erase(i);
+      bent.carried.clear();
+    }
+    std::erase_if(rigid, [&](uint32_t i) { return carried_.contains(i); });
+  }
+
+  /// Where an instance is in the space in which the meshes of a skin are bound.
+  static Instance bound(const Instance& instance, const std::array<double, 12>& to_bound) {
+    Instance part = instance;
+    const auto rows = rows_of(instance.transform);
+    const Transform& t = instance.transform;
+    const Double3 origin = Double3{t[3], t[7], t[11]} + instance.remainder;
+    for (size_t row = 0; row < 3; ++row) {
+      double at = to_bound[4 * row + 3];
+      for (size_t k = 0; k < 3; ++k) {
+        double sum = 0;
+        for (size_t j = 0; j < 3; ++j) sum += to_bound[4 * row + j] * rows[j][k];
+        part.transform[4 * row + k] = float(sum);
+        at += to_bound[4 * row + k] * origin[k];
+      }
+      part.transform[4 * row + 3] = float(at);
+      part.remainder[row] = lost_to_float(at);
+    }
+    return part;
+  }
+
+  /// Groups of at least two instances that bend together, each in the order of the scene.
+  std::vector<std::vector<uint32_t>> skinned() {
     std::vector<std::vector<uint32_t>> groups;
-    for (auto& [key, instances] : together)
+    for (auto& [key, bent] : bent_) {
+      std::vector<uint32_t> instances = std::move(bent.bending);
+      instances.insert(instances.end(), bent.carried.begin(), bent.carried.end());
       for (std::vector<uint32_t>& group : by_space(std::move(instances), Stays::deforms))
         groups.push_back(std::move(group));
+    }
     return groups;
   }
 
@@ -223,9 +327,8 @@ class Merger {
     return std::nullopt;
   }
 
-  /// The instances that may merge, in order. Sets their places.
-  std::vector<uint32_t> suited() {
-    const std::vector<uint32_t> rigid = named_and_rigid();
+  /// Of rigid instances those that may merge, in order. Sets their places.
+  std::vector<uint32_t> suited(const std::vector<uint32_t>& rigid) {
     std::map<Frame, size_t> together;
     for (const uint32_t i : rigid) {
       const Instance& instance = scene_.instances[i];
@@ -382,18 +485,32 @@ class Merger {
   }
 
   /// An instance as a part of a group's mesh: what bends keeps its own space.
-  Instance as_part(const Instance& instance) const {
+  Instance as_part(uint32_t i) const {
+    const Instance& instance = scene_.instances[i];
+    if (const auto carried = carried_.find(i); carried != carried_.end())
+      return bound(instance, *carried->second.to_bound);
     if (!instance.deforms) return in_frame(instance);
     Instance part = instance;
     part.transform = kIdentity, part.remainder = {};
     return part;
   }
 
+  /// The first of a group that bends, or its first.
+  const Instance& host_of(const std::vector<uint32_t>& group) const {
+    for (const uint32_t i : group)
+      if (scene_.instances[i].deforms) return scene_.instances[i];
+    return scene_.instances[group.front()];
+  }
+
   /// How the mesh of a group bends; null if it does not.
   std::shared_ptr<const Skin> skin_of(const std::vector<uint32_t>& group) const {
-    if (!scene_.instances[group.front()].deforms) return nullptr;
-    std::vector<const Mesh*> parts;
-    for (const uint32_t i : group) parts.push_back(&scene_.meshes[scene_.instances[i].mesh]);
+    if (!host_of(group).deforms) return nullptr;
+    std::vector<BentPart> parts;
+    for (const uint32_t i : group) {
+      const auto carried = carried_.find(i);
+      parts.push_back({&scene_.meshes[scene_.instances[i].mesh], {}});
+      if (carried != carried_.end()) parts.back().carrier = carried->second.joint;
+    }
     return joined(parts);
   }
 
@@ -405,7 +522,7 @@ class Merger {
       MergedInstance& record = merging_.merged.emplace_back();
       for (const uint32_t i : group) {
         gone[i] = true;
-        const Instance& part = parts.emplace_back(as_part(scene_.instances[i]));
+        const Instance& part = parts.emplace_back(as_part(i));
         record.parts.push_back({i, part.name, part.node, scene_.meshes[part.mesh].triangles.size()});
       }
       merged.push_back(flatten(FlatScene(scene_.meshes, parts), fmt::format("merged {}", merged.size() + 1)));
@@ -414,7 +531,7 @@ class Merger {
     }
     std::vector<Instance> places;
     for (const std::vector<uint32_t>& group : groups) {
-      const Instance& first = scene_.instances[group.front()];
+      const Instance& first = host_of(group);
       const Frame frame = frame_of(first);
       places.push_back(first.deforms ? first : frame == kStill ? Instance{} : spaces_.at(frame));
     }
@@ -457,6 +574,9 @@ class Merger {
   std::map<Frame, Instance> spaces_;  // for each frame that moves: the instance whose space its objects have
   std::vector<Box> places_;           // [instance], its bounds in the space of the merged object
   std::vector<uint32_t> by_skin_;     // instances that may merge with others of their skin
+  /// By skin, its joints, and where the instances are.
+  std::map<std::tuple<uint32_t, uint32_t, Transform, Double3>, Bent> bent_;
+  std::map<uint32_t, Carried> carried_;  // by instance
 };
 
 }  // namespace

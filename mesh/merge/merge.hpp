@@ -33,7 +33,9 @@ inline constexpr uint64_t kAddedTriangles = 1'000'000;
 ///
 /// With MergeOptions::skins, meshes of one skin that are in the same place, each placed once, become one mesh with the joints and
 /// weights of all, at the node and in the place of the first. So Poser takes the merged scene as it is: a merged instance has
-/// the joints of any of its parts, and a rigid one that moves is where its first part has taken it.
+/// the joints of any of its parts, and a rigid one that moves is where its first part has taken it. With MergeOptions::carried,
+/// what a joint of the skin carries is a part, too: what is below the joint's node, without a node between that moves by
+/// itself. The joint alone moves it, with weight 1. Copies of small meshes count towards no budget.
 ///
 /// `scene` must come from read() and must not be merged yet. The result does not depend on the number of
 /// threads. Throws Error(too_large) if there is not enough memory.

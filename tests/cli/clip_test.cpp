@@ -58,10 +58,13 @@ TEST_F(Clips, BakeKeepsVerticesAndSkin) {
   EXPECT_EQ(nif({"validate", asset_}).code, 0);
   // What bends keeps all triangles, also those without an area.
   const std::string cloth =
-      folder_.write("cloth.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 1 0\nf 1 2 3\nf 2 4 3\n").string();
-  ASSERT_EQ(nif({"bake", cloth, "-o", path("cloth.nif"), "--deforms", "--rays", "0"}).code, 0);
+      folder_.write("cloth.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 1 0\nf 1 2 3\nf 2 4 3\nf 1 2 4\n").string();
+  const Outcome baked = nif({"bake", cloth, "-o", path("cloth.nif"), "--deforms", "--strict", "--rays", "0"});
+  ASSERT_EQ(baked.code, 0) << baked.err;
+  EXPECT_EQ(baked.err.find("dropped"), std::string::npos) << baked.err;
   info = parsed({"info", path("cloth.nif"), "--json"});
   EXPECT_EQ(info["objects"][0]["source_vertices"], 4);
+  EXPECT_EQ(info["objects"][0]["triangles"], 3);
   // And their coordinates count, which a vertex that no triangle has does not.
   const std::string far = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1e18 0 0\nf 1 2 3\n";
   const std::string unused = folder_.write("unused.obj", far).string();
@@ -144,6 +147,11 @@ TEST_F(Clips, BadInput) {
     words.insert(words.end(), more.begin(), more.end());
     expect_refused(words, Status::usage, "--deforms");
   }
+  expect_refused({"bake", mesh_, "-o", path("x.nif"), "--carry-props"}, Status::usage, "needs --deforms");
+  expect_refused({"bake", mesh_, "-o", path("x.nif"), "--deforms", "--carry-props", "--no-merge"},
+                 Status::usage, "--no-merge and --carry-props");
+  expect_refused({"bake", mesh_, "-o", path("x.nif"), "--deforms", "--carry-props", "--max-bytes", "9999"},
+                 Status::usage, "--carry-props needs --merge");
 }
 
 }  // namespace

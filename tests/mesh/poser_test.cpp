@@ -235,6 +235,138 @@ TEST(PoserTest, MovesWhatIsMergedBySkin) {
   EXPECT_EQ(mesh::merge(whole, small).instances.size(), 5u) << "too large";
 }
 
+/// The tube, and a second one with its skin, but without its target.
+Gltf tube_with_plain() {
+  Gltf gltf = tube_character(5, 8);
+  json plain = gltf.json["meshes"][0];
+  plain.erase("weights");
+  plain["primitives"][0].erase("targets");
+  gltf.json["meshes"].push_back(plain);
+  gltf.json["scenes"][0]["nodes"].push_back(
+      gltf.node({{"mesh", gltf.json["meshes"].size() - 1}, {"skin", 0}, {"name", "plain"}}));
+  return gltf;
+}
+
+mesh::MergeOptions with_carried() {
+  mesh::MergeOptions options = with_skins();
+  options.carried = true;
+  return options;
+}
+
+/// Expects that what joints carry is where it is without merging, but for rounding. Returns how many of its vertices were
+/// compared.
+size_t expect_carried_alike(const Scene& whole, const std::vector<mesh::PosedInstance>& apart,
+                            const Scene& merged, const std::vector<mesh::PosedInstance>& together,
+                            double within) {
+  size_t compared = 0;
+  for (const mesh::MergedInstance& record : merged.merging->merged) {
+    const mesh::Mesh& own = merged.meshes[merged.instances[record.instance].mesh];
+    if (!own.skin) continue;
+    const mesh::PosedInstance& posed = together[record.instance];
+    const std::vector<mesh::Float3> all = mesh::bent(own, posed.joints, {});
+    const auto placed = [](const mesh::PosedInstance& instance, const mesh::Float3& p) {
+      Double3 at;
+      for (size_t row = 0; row < 3; ++row) {
+        at[row] = instance.transform[4 * row + 3];
+        for (size_t k = 0; k < 3; ++k) at[row] += instance.transform[4 * row + k] * double{p[k]};
+      }
+      return at;
+    };
+    size_t first = 0;
+    for (const mesh::MergedPart& part : record.parts) {
+      const mesh::Mesh& alone = whole.meshes[whole.instances[part.instance].mesh];
+      for (size_t v = 0; !alone.skin && v < alone.positions.size(); ++v, ++compared) {
+        const Double3 is = placed(posed, all[first + v]),
+                      was = placed(apart[part.instance], alone.positions[v]);
+        for (size_t a = 0; a < 3; ++a) EXPECT_NEAR(is[a], was[a], within) << part.name << " " << v;
+      }
+      first += alone.positions.size();
+    }
+    EXPECT_EQ(first, all.size());
+  }
+  return compared;
+}
+
+TEST(PoserTest, MovesWhatJointsCarry) {
+  Gltf gltf = tube_with_plain();
+  const auto joints = gltf.json["skins"][0]["joints"];
+  const auto hang = [&](size_t joint, json node) {
+    node["mesh"] = 1;
+    const int number = gltf.node(node);
+    gltf.json["nodes"][joints[joint].get<size_t>()]["children"].push_back(number);
+    return number;
+  };
+  hang(3, {{"name", "badge"}, {"translation", {0.5, 0.25, 0}}, {"scale", {0.5, -0.25, 0.5}}});
+  const int spinning = hang(4, {{"name", "wheel"}, {"translation", {1, 0, 0}}});
+  add_channel(gltf, size_t(spinning), "rotation", {0, 1}, {0, 0, 0, 1, 0, 1, 0, 0}, 4);
+  const std::string bytes = gltf.glb();
+  const Scene whole = mesh::read(kTube, bytes, keeping_skins());
+  ASSERT_EQ(whole.instances.size(), 5u) << "two tubes, a cube, a badge and a wheel";
+  ASSERT_EQ(whole.skins.size(), 1u);
+  EXPECT_EQ(whole.skins[0].joints.size(), 8u);
+  EXPECT_EQ(mesh::merge(whole, with_skins()).merging->merged.size(), 0u) << "only if asked for";
+
+  const Scene merged = mesh::merge(whole, with_carried());
+  ASSERT_EQ(merged.merging->merged.size(), 1u);
+  std::vector<std::string> names;
+  for (const mesh::MergedPart& part : merged.merging->merged[0].parts) names.push_back(part.name);
+  std::ranges::sort(names);
+  EXPECT_EQ(names.size(), 3u) << "not the wheel, which turns by itself, nor what has targets";
+  EXPECT_TRUE(std::ranges::count(names, "badge") == 1 && std::ranges::count(names, "plain") == 1);
+  const mesh::Instance& instance = merged.instances[merged.merging->merged[0].instance];
+  EXPECT_TRUE(instance.deforms);
+  const Poser apart(kTube, bytes, whole, keeping_skins()), together(kTube, bytes, merged, keeping_skins());
+  EXPECT_EQ(expect_carried_alike(whole, apart.rest(), merged, together.rest(), 1e-5), 16u);
+  for (const char* clip : {"sway", "swell"})
+    for (const double time : {0.0, 0.3, 0.9})
+      EXPECT_EQ(expect_carried_alike(whole, apart.at({clip, time}), merged, together.at({clip, time}), 1e-5),
+                16u);
+  mesh::MergeOptions apart_by_name = with_carried();
+  apart_by_name.except = {"badge"};
+  EXPECT_EQ(mesh::merge(whole, apart_by_name).merging->merged[0].parts.size(), 2u);
+  mesh::MergeOptions small = with_carried();
+  small.object_triangles = 86;  // the tube has 80, and each cube 12
+  EXPECT_EQ(mesh::merge(whole, small).merging->merged.size(), 0u) << "too large together";
+}
+
+/// Names of what merged with the tube, sorted.
+std::vector<std::string> carried_with(const Gltf& gltf) {
+  const Scene merged = mesh::merge(mesh::read(kTube, gltf.glb(), keeping_skins()), with_carried());
+  std::vector<std::string> names;
+  for (const mesh::MergedInstance& record : merged.merging->merged)
+    for (const mesh::MergedPart& part : record.parts)
+      if (merged.instances[record.instance].deforms) names.push_back(part.name);
+  std::ranges::sort(names);
+  return names;
+}
+
+TEST(PoserTest, LeavesWhatNoJointCanCarry) {
+  Gltf gltf = tube_with_plain();
+  const size_t count = carried_with(gltf).size();
+  ASSERT_EQ(count, 2u) << "the tube and its cube";
+  const auto joints = gltf.json["skins"][0]["joints"];
+  const auto hang = [](Gltf& to, size_t parent, json node) {
+    node["mesh"] = 1;
+    const int number = to.node(node);
+    to.json["nodes"][parent]["children"].push_back(number);
+    return size_t(number);
+  };
+  Gltf root = gltf;
+  root.json["scenes"][0]["nodes"].push_back(root.node({{"mesh", 1}, {"name", "ground"}}));
+  EXPECT_EQ(carried_with(root).size(), count) << "no joint is above it";
+  Gltf hinged = gltf;
+  const size_t hinge = hang(hinged, joints[3].get<size_t>(), {{"name", "hinge"}});
+  hang(hinged, hinge, {{"name", "lid"}, {"translation", {1, 0, 0}}});
+  EXPECT_EQ(carried_with(hinged).size(), count + 2) << "a node that stays between them";
+  add_channel(hinged, hinge, "rotation", {0, 1}, {0, 0, 0, 1, 0, 1, 0, 0}, 4);
+  EXPECT_EQ(carried_with(hinged).size(), count) << "a node that moves between them";
+  Gltf flat = gltf;
+  json& joint = flat.json["nodes"][joints[4].get<size_t>()];
+  joint["scale"] = {1, 0, 1};
+  hang(flat, joints[4].get<size_t>(), {{"name", "badge"}});
+  for (const std::string& name : carried_with(flat)) EXPECT_NE(name, "badge") << "its joint has no inverse";
+}
+
 /// Six skinned meshes and props on joints.
 TEST(PoserTest, BendsTheKnightAsTheReaderDoes) {
   const char* games = std::getenv("NIF_TEST_GAMES");
@@ -253,11 +385,15 @@ TEST(PoserTest, BendsTheKnightAsTheReaderDoes) {
     if (instance.deforms) bending = bending * 1'000'000 + merged.meshes[instance.mesh].triangles.size();
   EXPECT_EQ(bending, 4148u) << "one mesh";
   const Poser of_merged(file, merged, limits);
+  const Scene carried = mesh::merge(scene, with_carried());
+  EXPECT_EQ(carried.instances.size(), 1u) << "with all that it holds and wears";
+  const Poser of_carried(file, carried, limits);
   for (const mesh::Clip& clip : poser.clips()) {
     const double part = double(clip.number % 5) / 4;
     const Moment moment{clip.name, clip.begin + part * (clip.end - clip.begin)};
     expect_posed_as_read(scene, poser.at(moment), mesh::read(file, bytes, {.moment = moment}));
     expect_merged_alike(scene, poser.at(moment), merged, of_merged.at(moment));
+    EXPECT_GT(expect_carried_alike(scene, poser.at(moment), carried, of_carried.at(moment), 1e-5), 1000u);
     if (HasFailure()) FAIL() << clip.name;
   }
 }

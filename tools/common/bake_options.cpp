@@ -67,8 +67,14 @@ std::optional<mesh::MergeOptions> resolve_merging(const BakeArguments& arguments
              *copies = !arguments.merge_below.empty()       ? "--merge-below"
                        : !arguments.merge_triangles.empty() ? "--merge-triangles"
                                                             : nullptr;
+  if (arguments.carry_props && !arguments.deforms)
+    throw Error(Status::usage,
+                "--carry-props needs --deforms: joints carry what becomes part of a character");
   if (arguments.no_merge) {
-    const char* contrary = arguments.merge ? "--merge" : names ? names : copies;
+    const char* contrary = arguments.merge         ? "--merge"
+                           : names                 ? names
+                           : arguments.carry_props ? "--carry-props"
+                                                   : copies;
     if (contrary)
       throw Error(Status::usage, fmt::format("--no-merge and {} contradict each other", contrary));
     return std::nullopt;
@@ -79,6 +85,10 @@ std::optional<mesh::MergeOptions> resolve_merging(const BakeArguments& arguments
       if (names)
         throw Error(Status::usage,
                     fmt::format("{} needs --merge here: with {}, nothing is merged by default", names, why));
+      if (arguments.carry_props)
+        throw Error(
+            Status::usage,
+            fmt::format("--carry-props needs --merge here: with {}, nothing is merged by default", why));
       return std::nullopt;
     }
   }
@@ -91,6 +101,7 @@ std::optional<mesh::MergeOptions> resolve_merging(const BakeArguments& arguments
   options.nodes = arguments.merge_nodes;
   options.except = arguments.merge_except;
   options.skins = arguments.deforms;
+  options.carried = arguments.carry_props;
   for (const auto& [names, name] :
        {std::pair{&options.nodes, "--merge-nodes"}, {&options.except, "--merge-except"}})
     if (names->size() > bake::kMostMergeNames)
@@ -316,6 +327,12 @@ void add_bake_options(Command command, BakeArguments& arguments) {
       "What skins and morph targets of a glTF bend becomes a bvh object whose instances can bend: by "
       "nifPoseInstance, or by vertices that the program gives (nifSetInstanceVertices). In a file in which "
       "nothing bends, all objects do. Takes the shape in which meshes are bound to their joints");
+  command.add_flag("--carry-props", arguments.carry_props,
+                   "With --deforms, rigid meshes below a joint, such as a helmet or a sword, become part of "
+                   "the mesh that bends, moved by that "
+                   "joint alone: a character is one instance. Rays are faster, poses cost more. "
+                   "--merge-except keeps separate what the program "
+                   "swaps or hides");
   command.add_flag("--colors", arguments.colors,
                    "Keep the mean base colour of the surface in each voxel, for first hits: glTF materials "
                    "with their pictures, and vertex colours. 2 bytes per surface voxel. auto and exact then "

@@ -23,8 +23,8 @@ struct BakeArguments {
   std::string max_bytes, max_error, max_leak, max_spurious, mix;
   uint64_t seed = 1;
   uint64_t rays = 1'000'000;
-  bool strict = false, uncoded = false, source_triangles = false, deforms = false, colors = false,
-       open_rays = false, merge = false, no_merge = false;
+  bool strict = false, uncoded = false, source_triangles = false, deforms = false, carry_props = false,
+       colors = false, open_rays = false, merge = false, no_merge = false;
   mesh::Choice choice;
   std::string alpha_cutoff, blend, glass;
   std::optional<uint32_t> alpha_resolution;

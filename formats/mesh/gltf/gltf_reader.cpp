@@ -108,11 +108,20 @@ Affine place_of_kept(const GltfPose& pose, const Affine* bind_place, const Affin
   return {1, 0, 0, kept[3], 0, 1, 0, kept[7], 0, 0, 1, kept[11]};
 }
 
-/// Places skinned meshes by their joints. Returns the poses that deform some of them: none, if skins are kept.
+SkinJoints joints_of(uint32_t number, const GltfSkin& skin, const GltfPose& pose) {
+  SkinJoints described{number, {}};
+  for (size_t k = 0; k < skin.joints.size(); ++k)
+    described.joints.push_back({uint32_t(skin.joints[k]), inverse(pose.joints[k])});
+  return described;
+}
+
+/// Places skinned meshes by their joints. Returns the poses that deform some of them: none, if skins are kept; these go to
+/// `kept`.
 std::vector<GltfPose> place_skins(const Input& input, const GltfData& data,
                                   const std::vector<GltfSkin>& skins,
                                   const std::vector<std::optional<Affine>>& worlds,
-                                  std::vector<GltfPlacement>& placements, std::vector<Note>& notes) {
+                                  std::vector<GltfPlacement>& placements, std::vector<SkinJoints>& kept,
+                                  std::vector<Note>& notes) {
   struct Known {
     std::optional<GltfPose> pose;
     const Affine* bind_place = nullptr;
@@ -129,9 +138,10 @@ std::vector<GltfPose> place_skins(const Input& input, const GltfData& data,
     if (fresh && size_t(placement.skin) < skins.size()) {
       skin.pose = pose_of(data, skins[size_t(placement.skin)], worlds);
       if (skin.pose) skin.bind_place = skin.pose->bind_place();
-      if (skin.pose && input.limits.skins)
+      if (skin.pose && input.limits.skins) {
         skin.place = place_of_kept(*skin.pose, skin.bind_place, placement.place);
-      else if (skin.pose && !skin.bind_place) {
+        kept.push_back(joints_of(uint32_t(placement.skin), skins[size_t(placement.skin)], *skin.pose));
+      } else if (skin.pose && !skin.bind_place) {
         skin.deforming = poses.size();
         poses.push_back(*skin.pose);
       }
@@ -350,7 +360,8 @@ Scene read_gltf(const Input& input, std::vector<ExternalFile>& external) {
       naming.place({.node = GltfHierarchy::kNone, .mesh = i}, {}, placements);
     }
   naming.chooser.require_used("node, mesh or material");
-  const std::vector<GltfPose> poses = place_skins(input, data, source.skins, worlds, placements, scene.notes);
+  const std::vector<GltfPose> poses =
+      place_skins(input, data, source.skins, worlds, placements, scene.skins, scene.notes);
   expand_instances(input, data, model, placements, scene.notes);
 
   Variants variants(model, input.limits.skins);
