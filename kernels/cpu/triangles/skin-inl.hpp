@@ -19,7 +19,7 @@ namespace nif::kernels::cpu::HWY_NAMESPACE {
 
 /// Adds up the four columns, first to last.
 template <class D, class V>
-HWY_INLINE hn::Vec<hn::FixedTag<float, 4>> sum_of_columns(D d, const V* products) {
+HWY_INLINE hn::Vec<hn::FixedTag<float, 4>> sum_of_columns([[maybe_unused]] D d, const V* products) {
   const hn::FixedTag<float, 4> one;
   if constexpr (kLanes == 4) {
     return hn::Add(hn::Add(hn::Add(products[0], products[1]), products[2]), products[3]);

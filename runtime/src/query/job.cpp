@@ -15,9 +15,6 @@ namespace {
 
 /// Waking a thread takes about as long as answering a batch: smaller queries stay on the calling thread.
 constexpr uint64_t kWorthSharing = 2 * kBatchRays;
-/// The same for triangles that bend, of at least two instances: some 5 ns each.
-constexpr uint64_t kTrianglesWorthSharing = 8192;
-
 /// With several threads, batches may be smaller, so that all threads finish at about the same time; but not
 /// so small that the kernels' overhead at the end of a batch matters.
 constexpr uint64_t kSmallestBlock = 256, kBlocksOfAThread = 8;
@@ -34,6 +31,9 @@ void run_task(void* argument, uint64_t) {
 }
 
 #ifndef NIF_WITHOUT_BENDING
+/// As kWorthSharing, for triangles of at least two instances that bend: some 5 ns each.
+constexpr uint64_t kTrianglesWorthSharing = 8192;
+
 void refit(const BentInstance& bent) {
   if (bent.own != nullptr && bent.instance != kernels::kNoInstance) bent.own->refit();
 }
@@ -79,7 +79,8 @@ void take_blocks(NifJobObject& job, void* scratch) {
   uint64_t answered = 0;
 #ifndef NIF_WITHOUT_BENDING
   if (job.refits) {
-    for (; batch < job.batches; batch = job.next.fetch_add(1), ++answered) refit(job.scene->bent[batch]);
+    for (; batch < job.batches; batch = job.next.fetch_add(1), ++answered)
+      refit(job.scene->bent[size_t(batch)]);
     job.done.fetch_add(answered);
     return;
   }
