@@ -21,7 +21,7 @@ format::Object describe(const Prepared& prepared, ObjectReport& report) {
   object.aabb_max = prepared.box.max;
   object.bias = prepared.bias;
   report.name = object.name;
-  report.triangles = prepared.bends ? prepared.source->triangles.size() : prepared.surface.triangles.size();
+  report.triangles = prepared.triangle_count();
   object.triangle_count = uint32_t(std::min<uint64_t>(report.triangles, 0xffffffffu));
   report.closed_components = prepared.closed.count();
   report.open_components = prepared.closed.open_components;

@@ -19,6 +19,8 @@ struct Prepared {
   float bias;          ///< its bias_of()
   bool bends = false;  ///< instances of its object can bend: then it keeps all triangles of the source
 
+  /// How many triangles its object has.
+  uint64_t triangle_count() const { return bends ? source->triangles.size() : surface.triangles.size(); }
   /// Whether any triangle has holes.
   bool has_holes() const { return !surface.holes.empty(); }
 };

@@ -41,7 +41,9 @@ ratios = {
 every = {embree: ratios["visibility", embree] + ratios["first_hits", embree] for embree in ("refitted", "rebuilt")}
 share = bench["bytes"]["scene"] / bench["bytes"]["embree_refitted"]
 rays = sum(entry["rays"] for one, _ in measured.values() for entry in one["sets"].values())
-wrong = sum(round(entry["error"] * entry["rays"]) for one, _ in measured.values() for entry in one["sets"].values())
+sets = [entry for one, _ in measured.values() for entry in one["sets"].values()]
+wrong = sum(entry["certain_wrong"] for entry in sets)
+doubted = sum(round(entry["error"] * entry["rays"]) for entry in sets) - wrong
 differ = sum(one["reference"]["different"] + one["reference"]["different_hits"] for one, _ in measured.values())
 compared = sum(one["reference"]["rays"] for one, _ in measured.values())
 load_of_100 = 100 * 60 * frame
@@ -61,7 +63,7 @@ print(
 )
 print("| goal, for the knight | measured |")
 print("| --- | --- |")
-print(f"| 0 of 10^7 rays wrong, first hits alike | {wrong} of {rays} answers wrong (all characters) |")
+print(f"| 0 of 10^7 rays wrong, first hits alike | {wrong} of {rays} answers wrong (all characters); {doubted} more differ from Embree, where the ground truth is in doubt |")
 print(f"| same bits on all kernels | {differ} of {compared} rays differ from the scalar reference (here; tests compare all kernels) |")
 print(f"| pose and commit in 0.1 ms | {1e3 * frame:.3f} ms; {1e3 * cold:.3f} ms with cold caches |")
 print(f"| 20 ns a triangle | {1e9 * frame / bench['bending']:.1f} ns of those that bend |")

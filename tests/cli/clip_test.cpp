@@ -65,6 +65,7 @@ TEST_F(Clips, BakeKeepsVerticesAndSkin) {
   info = parsed({"info", path("cloth.nif"), "--json"});
   EXPECT_EQ(info["objects"][0]["source_vertices"], 4);
   EXPECT_EQ(info["objects"][0]["triangles"], 3);
+  EXPECT_EQ(nif({"eval", path("cloth.nif"), "--mesh", cloth, "--rays", "100"}).code, 0) << "it is that mesh";
   // And their coordinates count, which a vertex that no triangle has does not.
   const std::string far = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1e18 0 0\nf 1 2 3\n";
   const std::string unused = folder_.write("unused.obj", far).string();

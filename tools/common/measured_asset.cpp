@@ -14,7 +14,7 @@ namespace {
 
 /// Whether the asset can have been baked from this mesh, as far as one can tell.
 bool match(const NifObjectInfo& object, const bake::Prepared& prepared) {
-  bool same = object.triangles == prepared.surface.triangles.size();
+  bool same = object.triangles == prepared.triangle_count();
   if (object.source_triangles != 0)
     same = same && object.source_triangles == prepared.source->triangles.size();
   for (int a = 0; a < 3; ++a) {
@@ -46,7 +46,7 @@ MeasuredAsset::MeasuredAsset(const std::string& asset, const std::string& mesh,
   scene_ = mesh::read(mesh, limits_);
   check_alpha(scene_, metadata_of(info_), asset, shown_name(mesh));
   if (auto merged = merged_as_baked(scene_, metadata_of(info_), asset, mesh)) scene_ = *std::move(merged);
-  prepared_ = naming(mesh, [&] { return bake::prepare(scene_); });
+  prepared_ = naming(mesh, [&] { return bake::prepare(scene_, false, limits_.skins); });
   const size_t count = prepared_.objects.size();
   std::vector<NifObjectInfo> objects;
   for (uint32_t i = 0; i < info_.object_count; ++i) {
@@ -73,7 +73,7 @@ MeasuredAsset::MeasuredAsset(const std::string& asset, const std::string& mesh,
                   fmt::format("{} was not baked from {}: object '{}' has {} triangles and mesh '{}' has {}, "
                               "or their bounds differ",
                               asset, mesh, object.name, object.triangles, prepared.source->name,
-                              prepared.surface.triangles.size()));
+                              prepared.triangle_count()));
     }
     names_.emplace_back(object.name);
     proves_.push_back(object.proves != 0);
@@ -100,7 +100,7 @@ uint64_t MeasuredAsset::gpu_bytes() const {
 
 uint64_t MeasuredAsset::triangles() const {
   uint64_t sum = 0;
-  for (const bake::Prepared& object : prepared_.objects) sum += object.surface.triangles.size();
+  for (const bake::Prepared& object : prepared_.objects) sum += object.triangle_count();
   return sum;
 }
 
