@@ -123,7 +123,7 @@ void write_cases(const Writer& writer, size_t count) {
     std::map<uint32_t, std::vector<NifRay>> of_object;
     for (GoldenAnswer golden; file.read(reinterpret_cast<char*>(&golden), sizeof(golden));)
       of_object[golden.object].push_back(to_nif_ray(golden.ray));
-    // Of triangles, these rays meet edges on purpose, where rounding decides: what a shader says there is not the CPU's.
+    // Of triangles, a third of these rays aim at corners, where rounding decides: what a shader says there is not the CPU's.
     for (auto& [object, rays] : of_object)
       if (has_tables(asset, object) && (asset.shader_tables(object)[3] & 4) == 0)
         writer.write_object("golden-" + path.stem().string() + "-" + std::to_string(object), device, asset,
