@@ -87,6 +87,19 @@ HWY_INLINE uint32_t append_by(const DecodedNode& node, uint32_t order, uint32_t 
   _mm256_storeu_si256(reinterpret_cast<__m256i*>(to),
                       _mm256_maskz_compress_epi32(_mm256_test_epi32_mask(sorted, sorted), sorted));
   return uint32_t(__builtin_popcount(slots));
+#elif HWY_TARGET == HWY_AVX2
+  const __m256i places =
+      _mm256_srlv_epi32(_mm256_set1_epi32(int(order)), _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21));
+  const __m256i bits = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+  const __m256i chosen = _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(int(slots)), bits), bits);
+  const __m256i children = _mm256_load_si256(reinterpret_cast<const __m256i*>(node.children));
+  const auto sorted_slots =
+      uint32_t(_mm256_movemask_ps(_mm256_castsi256_ps(_mm256_permutevar8x32_epi32(chosen, places))));
+  const __m256i together =
+      _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(kTogether8[sorted_slots])));
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(to),
+                      _mm256_permutevar8x32_epi32(children, _mm256_permutevar8x32_epi32(places, together)));
+  return uint32_t(__builtin_popcount(slots));
 #else
   uint32_t count = 0;
   for (uint32_t s = 0; s < kBvhWidth; ++s, order >>= 3) {
