@@ -193,6 +193,67 @@ TEST_P(DecodedKernels, GiveTheReferencesBits) {
   EXPECT_GT(asked.met, asked.rays / 4);
 }
 
+/// Rays that go almost the same way, so that kernels send them through the tree together: from one point, or parallel.
+class Bundles {
+ public:
+  Bundles(Random& random, const TrianglesField& field) : random_(random), field_(field) {}
+
+  kernels::Segment operator()() {
+    if (left_-- == 0) {
+      left_ = random_.below(70);
+      first_ = random_segment(random_, field_);
+      from_a_point_ = random_.below(2) == 0;
+      constexpr float kSpreads[] = {0, 1e-6f, 1e-3f, 0.03f, 0.2f};
+      spread_ = kSpreads[random_.below(std::size(kSpreads))];
+    }
+    kernels::Segment segment = first_;
+    float size = 0;
+    for (const float x : segment.direction) size = std::max(size, std::abs(x));
+    if (!from_a_point_) size = field_.extent;
+    for (float& x : from_a_point_ ? segment.direction : segment.origin)
+      x += size * spread_ * (2 * random_.unit() - 1);
+    switch (random_.below(40)) {
+      case 0:
+        segment.tmin = std::numeric_limits<float>::quiet_NaN();
+        break;
+      case 1:
+        segment.tmax = segment.tmin - 1;
+        break;
+      case 2:
+        segment.tmax = segment.tmin + (segment.tmax - segment.tmin) * random_.unit();
+        break;
+      case 3:
+        segment = random_segment(random_, field_);
+        break;
+      default:
+        break;
+    }
+    return segment;
+  }
+
+ private:
+  Random& random_;
+  const TrianglesField& field_;
+  kernels::Segment first_{};
+  bool from_a_point_ = false;
+  float spread_ = 0;
+  uint32_t left_ = 0;
+};
+
+TEST_P(DecodedKernels, GiveTheReferencesBitsForRaysThatGoTogether) {
+  if (!kernels::cpu::available(GetParam().isa)) GTEST_SKIP() << "this machine does not have it";
+  Random random(4);
+  Asked asked;
+  for (const format::TrianglesData& bvh : trees()) {
+    const TreePayload payload(bvh);
+    Bundles bundles(random, payload.field());
+    ASSERT_NO_FATAL_FAILURE(
+        expect_reference_bits(payload.field(), GetParam(), random, asked, bundles,
+                              [](const kernels::Segment&, const kernels::Answer&, const kernels::Hit&) {}));
+  }
+  EXPECT_GT(asked.met, asked.rays / 4);
+}
+
 INSTANTIATE_TEST_SUITE_P(Each, DecodedKernels, each_way(), name_of);
 
 }  // namespace

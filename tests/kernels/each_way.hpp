@@ -73,7 +73,7 @@ struct Asked {
 /// Asks an object's kernel and the reference the same rays. draw() makes one; `also(segment, answer, hit)` may look at
 /// what the reference says.
 template <class Field, class Draw, class Also>
-void expect_reference_bits(const Field& field, const Way& way, Random& random, Asked& asked, const Draw& draw,
+void expect_reference_bits(const Field& field, const Way& way, Random& random, Asked& asked, Draw&& draw,
                            const Also& also) {
   struct Work {
     kernels::SegmentBatch batch;

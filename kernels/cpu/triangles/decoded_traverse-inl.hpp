@@ -23,6 +23,7 @@
 #include "kernels/cpu/triangles/exact_hits-inl.hpp"
 #include "kernels/cpu/triangles/large-inl.hpp"
 #include "kernels/cpu/triangles/leaves-inl.hpp"
+#include "kernels/cpu/triangles/packets-inl.hpp"
 #include "kernels/cpu/triangles/phases-inl.hpp"
 #include "kernels/cpu/triangles/tree.hpp"
 #include "kernels/reference/batch.hpp"
@@ -76,40 +77,6 @@ HWY_INLINE uint32_t append(const DecodedNode& node, uint32_t slots, Child* to) {
 #endif
 }
 
-/// The same in the order `order` of the node, from far to near.
-HWY_INLINE uint32_t append_by(const DecodedNode& node, uint32_t order, uint32_t slots, Child* to) {
-#if HWY_TARGET == HWY_AVX3
-  const __m256i places =
-      _mm256_srlv_epi32(_mm256_set1_epi32(int(order)), _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21));
-  const __m256i chosen = _mm256_maskz_mov_epi32(
-      __mmask8(slots), _mm256_load_si256(reinterpret_cast<const __m256i*>(node.children)));
-  const __m256i sorted = _mm256_permutevar8x32_epi32(chosen, places);
-  _mm256_storeu_si256(reinterpret_cast<__m256i*>(to),
-                      _mm256_maskz_compress_epi32(_mm256_test_epi32_mask(sorted, sorted), sorted));
-  return uint32_t(__builtin_popcount(slots));
-#elif HWY_TARGET == HWY_AVX2
-  const __m256i places =
-      _mm256_srlv_epi32(_mm256_set1_epi32(int(order)), _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21));
-  const __m256i bits = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
-  const __m256i chosen = _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(int(slots)), bits), bits);
-  const __m256i children = _mm256_load_si256(reinterpret_cast<const __m256i*>(node.children));
-  const auto sorted_slots =
-      uint32_t(_mm256_movemask_ps(_mm256_castsi256_ps(_mm256_permutevar8x32_epi32(chosen, places))));
-  const __m256i together =
-      _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(kTogether8[sorted_slots])));
-  _mm256_storeu_si256(reinterpret_cast<__m256i*>(to),
-                      _mm256_permutevar8x32_epi32(children, _mm256_permutevar8x32_epi32(places, together)));
-  return uint32_t(__builtin_popcount(slots));
-#else
-  uint32_t count = 0;
-  for (uint32_t s = 0; s < kBvhWidth; ++s, order >>= 3) {
-    to[count] = node.children[order & 7];
-    count += slots >> (order & 7) & 1;
-  }
-  return count;
-#endif
-}
-
 /// A ray in flight. Goal: what the traversal looks for; it keeps a state for each ray.
 template <class Goal>
 struct alignas(64) Flight {
@@ -145,6 +112,8 @@ struct TraversalScratch {
   ReadyRays ready;
   LargeHits large;
   FlightGroup<Goal> groups[kFlightGroups];
+  PacketStack packet;
+  typename Goal::PacketState packet_state;
 };
 
 /// Triangles of a leaf as bits.
@@ -157,8 +126,9 @@ inline constexpr uint32_t triangles_in(Child leaf) {
 template <class Holes>
 class AnyTriangle {
  public:
-  static constexpr bool kNearestFirst = false;
+  static constexpr bool kNearestFirst = false, kPackets = !Holes::kAny;
   using State = ExactRayFor<Holes>;
+  struct PacketState {};
 
   AnyTriangle(const BvhTree& tree, const Holes& holes, const SegmentBatch& batch, AnswerBatch& answers)
       : tree_(tree), holes_(holes), batch_(batch), answers_(answers) {}
@@ -209,7 +179,55 @@ class AnyTriangle {
     answers_.logit[flight.number] = blocked ? -kCertainLogit : kCertainLogit;
   }
 
+  /// Looks at a leaf with the rays `lanes` of a packet. Returns those that are blocked.
+  HWY_INLINE uint32_t look_at(const Packet& packet, Child at, uint32_t lanes) const {
+    const Floats d;
+    const SeenRays& rays = packet.rays;
+    const DecodedLeaf& leaf = tree_.decoded.leaves[at / kBvhLeafTriangles];
+    const uint32_t count = at % kBvhLeafTriangles + 1;
+    const auto slack = hn::Mul(rays.padding, hn::Set(d, 4.0f));
+    uint32_t blocked = 0;
+    for (uint32_t i = 0; i < count && blocked != lanes; ++i) {
+      const PacketTriangle seen = see(leaf, i, packet);
+      const auto least = hn::Min(hn::Min(seen.z[0], seen.z[1]), seen.z[2]);
+      const auto most = hn::Max(hn::Max(seen.z[0], seen.z[1]), seen.z[2]);
+      const auto outside =
+          hn::Or(hn::Lt(most, hn::Sub(rays.begin, slack)), hn::Gt(least, hn::Add(rays.end, slack)));
+      const auto within = hn::And(hn::Ge(least, rays.begin), hn::Le(most, rays.end));
+      blocked |= bits_of(hn::And(seen.sides.inside, within)) & lanes;
+      const uint32_t open = ~bits_of(hn::Or(seen.sides.missed, outside)) & lanes & ~blocked;
+      if (HWY_UNLIKELY(open != 0)) blocked |= blocks_closely(leaf, i, seen, rays, open);
+    }
+    return blocked;
+  }
+  /// Answers the rays `lanes` of a packet.
+  HWY_NOINLINE PacketWork answer_packet(const Packet& packet, uint32_t lanes, const int32_t* root,
+                                        const LargeHits&, PacketState&, PacketStack& stack) const {
+    struct Look {
+      const AnyTriangle& goal;
+      HWY_INLINE uint32_t look_at(const Packet& packet, Child leaf, uint32_t lanes) const {
+        const uint32_t blocked = goal.look_at(packet, leaf, lanes);
+        for (uint32_t left = blocked; left != 0; left &= left - 1)
+          goal.answers_.logit[packet.rays.first + lowest_bit(left)] = -kCertainLogit;
+        return blocked;
+      }
+    } look{*this};
+    return traverse_packet(tree_.decoded, packet, lanes, root, look, stack);
+  }
+
  private:
+  /// Which of the rays `lanes` a triangle blocks that they may meet.
+  HWY_NOINLINE uint32_t blocks_closely(const DecodedLeaf& leaf, uint32_t i, const PacketTriangle& seen,
+                                       const SeenRays& rays, uint32_t lanes) const {
+    const auto range = depth_range(seen.z, seen.sides, rays.padding);
+    const auto test = test_range(range, rays.begin, rays.end, rays.padding);
+    uint32_t blocked = lanes & bits_of(hn::And(seen.sides.inside, test.within));
+    for (uint32_t open = lanes & ~(blocked | bits_of(test.outside)); open != 0; open &= open - 1) {
+      const uint32_t lane = lowest_bit(open);
+      if (blocks_exactly(leaf, 1u << i, rays.first + lane)) blocked |= 1u << lane;
+    }
+    return blocked;
+  }
   HWY_NOINLINE bool blocks_exactly(const DecodedLeaf& leaf, uint32_t lanes, uint32_t ray) const {
     TriangleRay exact;
     prepare_for_triangles(tree_.field, segment_of(batch_, ray), exact);
@@ -228,9 +246,14 @@ class AnyTriangle {
 template <class Holes>
 class FirstTriangle {
  public:
-  static constexpr bool kNearestFirst = true;
+  static constexpr bool kNearestFirst = true, kPackets = !Holes::kAny;
   /// A place is the leaf times kBvhLeafTriangles, plus the lane.
   struct State : RayCandidates<Child>, ExactRayFor<Holes> {};
+  /// By lane. RayCandidates::bound is up to date where candidates are added.
+  struct PacketState {
+    RayCandidates<Child> rays[kLanes];
+    alignas(64) float bound[kLanes];
+  };
 
   FirstTriangle(const BvhTree& tree, const Holes& holes, const SegmentBatch& batch, AnswerBatch& answers,
                 HitBatch& hits, HitCandidates& candidates)
@@ -272,10 +295,7 @@ class FirstTriangle {
       open = hn::Or(open, hn::IfThenElseZero(some, hn::Set(di, int32_t(1u << i))));
     }
     hn::Store(open, di, hits.open);
-    // As shorten().
-    const auto t = hn::Div(bound, rays.steepest);
-    const auto above = hn::Max(hn::Mul(t, hn::Set(d, 1 + 0x1p-21f)), hn::Mul(t, hn::Set(d, 1 - 0x1p-21f)));
-    boxes.leave = hn::Min(hn::Add(above, hn::Set(d, std::numeric_limits<float>::min())), boxes.leave);
+    shorten(boxes, bound, rays.steepest);
     return {.started = bits_of(hn::RebindMask(d, hn::Ne(open, hn::Zero(di))))};
   }
   /// A ray of that vector that meets nothing else.
@@ -289,7 +309,7 @@ class FirstTriangle {
                                    Flight<FirstTriangle>& flight) const {
     flight.state.bound = hits.bound[lane];
     for (auto open = uint32_t(hits.open[lane]); open != 0; open &= open - 1)
-      keep(hits.low[lowest_bit(open)][lane], lowest_bit(open), flight);
+      keep(hits.low[lowest_bit(open)][lane], lowest_bit(open), flight.number, flight.state);
     shorten(flight.leaf_ray, flight.state.bound);
   }
   HWY_INLINE bool look_at(Child leaf, uint32_t lanes, Flight<FirstTriangle>& flight) const {
@@ -311,7 +331,7 @@ class FirstTriangle {
     for (uint32_t open = depths.open & lanes; open != 0; open &= open - 1) {
       const uint32_t i = lowest_bit(open);
       if (depths.low[i] <= state.bound)
-        keep(depths.low[i], leaf / kBvhLeafTriangles * kBvhLeafTriangles + i, flight);
+        keep(depths.low[i], leaf / kBvhLeafTriangles * kBvhLeafTriangles + i, flight.number, state);
     }
     if (state.bound < before) {
       shorten(flight.ray, state.bound);
@@ -320,22 +340,88 @@ class FirstTriangle {
     return false;
   }
   HWY_INLINE void end(const Flight<FirstTriangle>& flight, bool) const {
-    const State& state = flight.state;
-    if (HWY_UNLIKELY(!candidates_.has_room(State::kMost))) finish();
-    for (uint32_t k = 0; k < state.count; ++k)
-      if (state.low[k] <= state.bound)
-        candidates_.add(flight.number, flight.ray.exit[3], corners_at(state.places[k]));
+    add_candidates(flight.number, flight.ray.exit[3], flight.state);
   }
   void finish() const { finish_hits(tree_.field, batch_, answers_, candidates_, hits_); }
 
+  /// Looks at a leaf with the rays `lanes` of a packet.
+  HWY_INLINE void look_at(const Packet& packet, Child at, uint32_t lanes, PacketState& state) const {
+    const Floats d;
+    const SeenRays& rays = packet.rays;
+    const DecodedLeaf& leaf = tree_.decoded.leaves[at / kBvhLeafTriangles];
+    const uint32_t count = at % kBvhLeafTriangles + 1, place = at / kBvhLeafTriangles * kBvhLeafTriangles;
+    const auto slack = hn::Mul(rays.padding, hn::Set(d, 4.0f));
+    auto bound = hn::Load(d, state.bound);
+    uint32_t lower = 0;
+    for (uint32_t i = 0; i < count; ++i) {
+      const PacketTriangle seen = see(leaf, i, packet);
+      const auto behind = hn::Gt(hn::Min(hn::Min(seen.z[0], seen.z[1]), seen.z[2]), bound);
+      uint32_t open = ~bits_of(hn::Or(seen.sides.missed, behind)) & lanes;
+      if (open == 0) continue;
+      const auto range = depth_range(seen.z, seen.sides, rays.padding);
+      const auto test = test_range(range, rays.begin, rays.end, rays.padding);
+      const uint32_t met = open & bits_of(hn::And(seen.sides.inside, test.within));
+      bound = hn::IfThenElse(mask_of(met), hn::Min(range.high, bound), bound);
+      lower |= met;
+      open &= bits_of(hn::Le(range.low, bound)) & ~bits_of(test.outside);
+      if (open == 0) continue;
+      alignas(64) float low[kLanes];
+      hn::Store(range.low, d, low);
+      hn::Store(bound, d, state.bound);
+      for (; open != 0; open &= open - 1) {
+        const uint32_t lane = lowest_bit(open);
+        state.rays[lane].bound = state.bound[lane];
+        keep(low[lane], place + i, rays.first + lane, state.rays[lane]);
+      }
+    }
+    if (lower == 0) return;
+    hn::Store(bound, d, state.bound);
+    shorten(packet.boxes, bound, rays.steepest);
+  }
+  /// Answers the rays `lanes` of a packet. Not those that meet large triangles only: the tree's boxes are before them.
+  HWY_NOINLINE PacketWork answer_packet(const Packet& packet, uint32_t lanes, const int32_t* root,
+                                        const LargeHits& large, PacketState& state,
+                                        PacketStack& stack) const {
+    const Floats d;
+    const bool any_large = !tree_.decoded.large.empty();
+    hn::Store(any_large ? hn::Load(d, large.bound) : hn::Set(d, kNoHit), d, state.bound);
+    for (uint32_t lane = 0; lane < kLanes; ++lane) state.rays[lane].count = 0;
+    for (uint32_t left = any_large ? lanes : 0; left != 0; left &= left - 1) {
+      const uint32_t lane = lowest_bit(left);
+      state.rays[lane].bound = state.bound[lane];
+      for (auto open = uint32_t(large.open[lane]); open != 0; open &= open - 1)
+        keep(large.low[lowest_bit(open)][lane], lowest_bit(open), packet.rays.first + lane, state.rays[lane]);
+    }
+    struct Look {
+      const FirstTriangle& goal;
+      PacketState& state;
+      HWY_INLINE uint32_t look_at(const Packet& packet, Child leaf, uint32_t lanes) const {
+        goal.look_at(packet, leaf, lanes, state);
+        return 0;
+      }
+    } look{*this, state};
+    const PacketWork work = traverse_packet(tree_.decoded, packet, lanes, root, look, stack);
+    for (uint32_t left = lanes; left != 0; left &= left - 1) {
+      const uint32_t lane = lowest_bit(left);
+      state.rays[lane].bound = state.bound[lane];
+      add_candidates(packet.rays.first + lane, packet.axis, state.rays[lane]);
+    }
+    return work;
+  }
+
  private:
   /// Adds a candidate.
-  HWY_INLINE void keep(float low, Child place, Flight<FirstTriangle>& flight) const {
-    State& state = flight.state;
-    if (HWY_UNLIKELY(state.count == State::kMost) && !state.make_room())
+  HWY_INLINE void keep(float low, Child place, uint32_t ray, RayCandidates<Child>& candidates) const {
+    if (HWY_UNLIKELY(candidates.count == State::kMost) && !candidates.make_room())
       keep_first(
-          tree_.field, segment_of(batch_, flight.number), [&](Child at) { return corners_at(at); }, state);
-    state.add(low, place);
+          tree_.field, segment_of(batch_, ray), [&](Child at) { return corners_at(at); }, candidates);
+    candidates.add(low, place);
+  }
+  /// Those of a ray that may be the first.
+  HWY_INLINE void add_candidates(uint32_t ray, uint32_t axis, const RayCandidates<Child>& found) const {
+    if (HWY_UNLIKELY(!candidates_.has_room(State::kMost))) finish();
+    for (uint32_t k = 0; k < found.count; ++k)
+      if (found.low[k] <= found.bound) candidates_.add(ray, axis, corners_at(found.places[k]));
   }
   HWY_INLINE TriangleCorners corners_at(Child place) const {
     return corners_of(tree_.decoded.leaves[place / kBvhLeafTriangles], place % kBvhLeafTriangles);
@@ -362,6 +448,7 @@ class Traversal {
         enter_(enter),
         leave_(leave),
         goal_(goal),
+        scratch_(scratch),
         ready_(scratch.ready),
         large_(scratch.large) {
     ready_.traversed = 0;
@@ -446,19 +533,66 @@ class Traversal {
     count += append(node, leaves, group.leaves + count);
     Child* const to = flight.stack + top;  // instead of the node
     const int32_t next =
-        top - 1 + int32_t(Goal::kNearestFirst ? append_by(node, order, inner, to) : append(node, inner, to));
+        top - 1 +
+        int32_t(Goal::kNearestFirst ? append_by(node.children, order, inner, to) : append(node, inner, to));
     group.tops[at] = next;
     done |= uint32_t(next) >> 31 << at;
   }
 
-  /// Looks at the large triangles first.
+  /// Looks at the large triangles first; then answers rays that go the same way.
   struct LargeFirst {
-    const Traversal& traversal;
+    Traversal& traversal;
     HWY_INLINE bool has_any() const { return !traversal.tree_.decoded.large.empty(); }
     HWY_INLINE FirstLook operator()(const SeenRays& rays, BoxRays& boxes) const {
       return traversal.goal_.look_at_large(rays, boxes, traversal.large_);
     }
+    HWY_INLINE uint32_t together(const SeenRays& rays, const BoxRays& boxes, hn::Vec<Ints> signs,
+                                 const ReadyRays& ready) const {
+      if constexpr (kLanes < kFewestPacketLanes || !Goal::kPackets) {
+        return 0;
+      } else {
+        if (uint32_t(__builtin_popcount(ready.traversed)) < kFewestTogether) return 0;
+        if (traversal.vectors_without_ != 0) {
+          --traversal.vectors_without_;
+          return 0;
+        }
+        // Copies, so that the others stay in registers.
+        const SeenRays own_rays = rays;
+        BoxRays own_boxes = boxes;
+        return traversal.answer_together(own_rays, own_boxes, signs);
+      }
+    }
   };
+
+  /// Answers rays of a vector that agree on the way to go, if enough of them do. Returns them.
+  HWY_NOINLINE uint32_t answer_together(const SeenRays& rays, BoxRays& boxes, hn::Vec<Ints> signs) {
+    const Ints di;
+    alignas(64) int32_t ways[kLanes];
+    const auto way = hn::Or(signs, hn::ShiftLeft<3>(rays.axis));
+    hn::Store(way, di, ways);
+    const auto first = uint32_t(ways[lowest_bit(ready_.traversed)]);
+    const uint32_t lanes = bits_of(hn::And(hn::Eq(way, hn::Set(di, int32_t(first))),
+                                           hn::Ne(hn::Load(di, ready_.met), hn::Zero(di)))) &
+                           ready_.traversed;
+    uint32_t met = 0, meetings = 0;
+    for (uint32_t left = lanes; left != 0; left &= left - 1) {
+      const auto slots = uint32_t(ready_.met[lowest_bit(left)]);
+      met |= slots;
+      meetings += uint32_t(__builtin_popcount(slots));
+    }
+    const bool agree = uint32_t(__builtin_popcount(lanes)) >= kFewestTogether &&
+                       meetings >= kRootTogether * uint32_t(__builtin_popcount(met));
+    if (agree && goal_
+                     .answer_packet(Packet(rays, boxes, first & 7, first >> 3), lanes, ready_.met, large_,
+                                    scratch_.packet_state, scratch_.packet)
+                     .pays()) {
+      without_next_ = kVectorsWithout;
+    } else {
+      vectors_without_ = without_next_;
+      without_next_ *= kVectorsWithout;
+    }
+    return agree ? lanes : 0;
+  }
 
   /// Returns false if no ray is left.
   HWY_INLINE bool make_some_ready() {
@@ -486,7 +620,7 @@ class Traversal {
     const uint32_t order = root.order[Goal::kNearestFirst ? flight.ray.entry[3] : 0];
     // Usually the root has no leaves, and is skipped.
     if (HWY_LIKELY((met & ~(order >> 24)) == 0)) {
-      top = int32_t(Goal::kNearestFirst ? append_by(root, order, met, flight.stack)
+      top = int32_t(Goal::kNearestFirst ? append_by(root.children, order, met, flight.stack)
                                         : append(root, met, flight.stack)) -
             1;
     } else {
@@ -506,9 +640,11 @@ class Traversal {
   const SegmentBatch& batch_;
   const float *enter_, *leave_;
   const Goal goal_;
+  TraversalScratch<Goal>& scratch_;
   ReadyRays& ready_;
   LargeHits& large_;
   uint32_t taken_ = 0;  ///< rays of the batch that have been prepared
+  uint32_t vectors_without_ = 0, without_next_ = kVectorsWithout;  ///< packets: see kVectorsWithout
 };
 
 template <class Goal>

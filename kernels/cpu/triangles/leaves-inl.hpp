@@ -141,6 +141,40 @@ HWY_INLINE LeafTest test_leaf(const DecodedLeaf& leaf, const DecodedRay& ray) {
           bits_of_four(hn::And(seen.sides.inside, within))};
 }
 
+/// Between which depths rays pass triangles. `z`: of the corners, in the direction of the ray. What is missed means nothing.
+template <class V>
+struct DepthRange {
+  V low, high;
+};
+template <class V>
+HWY_INLINE DepthRange<V> depth_range(const V (&z)[3], const EdgeSides<V>& sides, V padding) {
+  const hn::DFromV<V> d;
+  const auto least = hn::Min(hn::Min(z[0], z[1]), z[2]), most = hn::Max(hn::Max(z[0], z[1]), z[2]);
+  const auto slack = hn::Mul(padding, hn::Set(d, 4.0f));
+  const auto sum = hn::Add(hn::Add(sides.side[0], sides.side[1]), sides.side[2]);
+  const auto inverse = hn::Div(hn::Set(d, 1.0f), sum);
+  const auto wide = hn::And(sides.inside, hn::Gt(hn::Abs(sum), hn::Mul(hn::Set(d, 16.0f), sides.error)));
+  // Weights first, which are 0 to 1: sides times depths may be too small or too large for a float.
+  const auto mean = hn::MulAdd(
+      hn::Mul(sides.side[0], inverse), z[0],
+      hn::MulAdd(hn::Mul(sides.side[1], inverse), z[1], hn::Mul(hn::Mul(sides.side[2], inverse), z[2])));
+  const auto error = hn::MulAdd(hn::Mul(hn::Mul(hn::Set(d, 8.0f), sides.error), hn::Abs(inverse)),
+                                hn::Sub(most, least), hn::Add(padding, padding));
+  return {hn::IfThenElse(wide, hn::Sub(mean, error), hn::Sub(least, slack)),
+          hn::IfThenElse(wide, hn::Add(mean, error), hn::Add(most, slack))};
+}
+/// Whether a triangle is certainly out of a ray's range of depths, `begin` to `end`, or certainly within it.
+template <class V>
+struct RangeTest {
+  hn::Mask<hn::DFromV<V>> outside, within;
+};
+template <class V>
+HWY_INLINE RangeTest<V> test_range(const DepthRange<V>& depths, V begin, V end, V padding) {
+  const auto slack = hn::Mul(padding, hn::Set(hn::DFromV<V>(), 4.0f));
+  return {hn::Or(hn::Lt(hn::Add(depths.high, slack), begin), hn::Gt(hn::Sub(depths.low, slack), end)),
+          hn::And(hn::Le(begin, depths.low), hn::Le(depths.high, end))};
+}
+
 /// The depths at which a ray passes triangles, in its direction.
 struct LeafDepths {
   alignas(16) float low[4];  ///< at least
@@ -151,29 +185,15 @@ HWY_INLINE LeafDepths depths_of(const DecodedLeaf& leaf, const DecodedRay& ray) 
   const Four d;
   const SeenLeaf seen = see(leaf, ray);
   const auto sign = hn::BitCast(d, hn::Set(hn::RebindToUnsigned<Four>(), ray.sign));
-  const auto z0 = hn::Xor(seen.z[0], sign), z1 = hn::Xor(seen.z[1], sign), z2 = hn::Xor(seen.z[2], sign);
-  const auto least = hn::Min(hn::Min(z0, z1), z2), most = hn::Max(hn::Max(z0, z1), z2);
-  const auto padding = hn::Set(d, ray.padding), slack = hn::Mul(padding, hn::Set(d, 4.0f));
-  const auto sum = hn::Add(hn::Add(seen.sides.side[0], seen.sides.side[1]), seen.sides.side[2]);
-  const auto inverse = hn::Div(hn::Set(d, 1.0f), sum);
-  const auto wide =
-      hn::And(seen.sides.inside, hn::Gt(hn::Abs(sum), hn::Mul(hn::Set(d, 16.0f), seen.sides.error)));
-  // Weights first, which are 0 to 1: sides times depths may be too small or too large for a float.
-  const auto mean = hn::MulAdd(hn::Mul(seen.sides.side[0], inverse), z0,
-                               hn::MulAdd(hn::Mul(seen.sides.side[1], inverse), z1,
-                                          hn::Mul(hn::Mul(seen.sides.side[2], inverse), z2)));
-  const auto error = hn::MulAdd(hn::Mul(hn::Mul(hn::Set(d, 8.0f), seen.sides.error), hn::Abs(inverse)),
-                                hn::Sub(most, least), hn::Add(padding, padding));
-  const auto low = hn::IfThenElse(wide, hn::Sub(mean, error), hn::Sub(least, slack));
-  const auto high = hn::IfThenElse(wide, hn::Add(mean, error), hn::Add(most, slack));
+  const hn::Vec<Four> z[3] = {hn::Xor(seen.z[0], sign), hn::Xor(seen.z[1], sign), hn::Xor(seen.z[2], sign)};
+  const auto padding = hn::Set(d, ray.padding);
+  const auto range = depth_range(z, seen.sides, padding);
+  const auto test = test_range(range, hn::Set(d, ray.depth_begin), hn::Set(d, ray.depth_end), padding);
   LeafDepths depths;
-  hn::Store(low, d, depths.low);
-  hn::Store(high, d, depths.high);
-  const auto begin = hn::Set(d, ray.depth_begin), end = hn::Set(d, ray.depth_end);
-  const auto outside = hn::Or(hn::Lt(hn::Add(high, slack), begin), hn::Gt(hn::Sub(low, slack), end));
-  const auto within = hn::And(hn::Le(begin, low), hn::Le(high, end));
-  depths.open = bits_of_four(hn::Or(seen.sides.missed, outside)) ^ 15;
-  depths.met = bits_of_four(hn::And(seen.sides.inside, within));
+  hn::Store(range.low, d, depths.low);
+  hn::Store(range.high, d, depths.high);
+  depths.open = bits_of_four(hn::Or(seen.sides.missed, test.outside)) ^ 15;
+  depths.met = bits_of_four(hn::And(seen.sides.inside, test.within));
   return depths;
 }
 
