@@ -15,7 +15,7 @@ case ${1-} in
   *) sed -n '2,/^set /{/^set /d;s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}" >&2 && exit 2 ;;
 esac
 
-tests=(arithmetic_test bvh_test format_test golden_test gpu_module_test gpu_test mesh_test runtime_no_memory_test
+tests=(arithmetic_test bvh_test format_test generate_test golden_test gpu_module_test gpu_test mesh_test runtime_no_memory_test
   runtime_test spherical_test traversal_test)
 # PART LINES BRANCHES: folders, and the least percentages of them.
 floors=('formats/nif 95 90' 'runtime 95 90' 'kernels 95 90' 'formats/mesh 90 0')

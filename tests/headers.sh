@@ -3,6 +3,7 @@
 # before anything else. (Of the others, compiling that source shows it, where NIF_UNITY is off: tests/run.sh --nightly.)
 #
 #   tests/headers.sh [HEADER]...     only these
+#   tests/headers.sh --public        only those that are installed
 set -euo pipefail
 case ${1-} in
   -h | --help) sed -n '2,/^set /{/^set /d;s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}" && exit 0 ;;
@@ -15,7 +16,9 @@ first_includes() {
     /^#include/ && !done { done = 1; if (gsub(/"/, "", $2)) print $2 }'
 }
 headers=("$@")
-if ((!$#)); then
+if [[ ${1-} == --public ]]; then
+  headers=(runtime/include/nif/*.h runtime/include/nif/*.hpp)
+elif ((!$#)); then
   # Those called -inl are included many times over, by a source that has prepared for it.
   mapfile -t headers < <(comm -23 <(git ls-files '*.h' '*.hpp' ':!*-inl.hpp' ':!samples/' | sort) <(first_includes | sort -u))
 fi

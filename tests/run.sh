@@ -2,20 +2,22 @@
 # Checks nifkit, from a clean clone on a bare machine. There are three sizes:
 #
 #   tests/run.sh               what guards every change: builds with warnings as errors, checks the style, and runs all tests
-#                              but the long ones
-#   tests/run.sh --all         everything, as continuous integration does: also long tests, real meshes, all that reads files under
-#                              the sanitizers, every fuzzer, code for GPUs of each maker, the runtime alone, each header by itself,
-#                              and bindings whose hosts are installed
-#   tests/run.sh --nightly [HOURS]   each source by itself; NEON's kernels, emulated; the runtime's threads under the sanitizer, for
-#                              an hour, and its kernels; slow tests, the baker, the tools, the renderer and CGAL under the
-#                              sanitizers; hundreds of kills; 10^7 segments of each mesh; code for every GPU; the same bytes by
-#                              clang++ and by code that is not optimised; a release candidate made twice; bindings in a browser,
-#                              in Blender, under Wine; what tests and fuzzers reach; then fuzzes and bakes random meshes for so
-#                              many hours (8), going on from the last time; see tests/nightly.sh
+#                              but the long ones. What needs CGAL is left out, and code for GPUs, whose source is checked
+#   tests/run.sh --all         as continuous integration does: also CGAL, long tests, real meshes, all that reads files under the
+#                              sanitizers, every fuzzer, code for a GPU, the public headers by themselves, and bindings whose hosts
+#                              are installed
+#   tests/run.sh --nightly [HOURS]   all tests, as users compile the program, with code for every GPU; each source and header by
+#                              itself, and the runtime alone; NEON's kernels, emulated; the runtime's threads under the sanitizer,
+#                              for an hour, and kernels of each instruction set; those, slow tests, the baker, the tools, the
+#                              renderer and CGAL under the other sanitizers; hundreds of kills; 10^7 segments of each mesh; the
+#                              same bytes by clang++ and by code that is not optimised; a release candidate made twice; bindings
+#                              in a browser, in Blender, under Wine; what tests and fuzzers reach; then fuzzes and bakes random
+#                              meshes for so many hours (8), going on from the last time; see tests/nightly.sh
 #
-# Long tests, those above 3 seconds (tests/costs.py), have ctest's label `long`; those that take long under the sanitizers only,
-# mostly because they train, have `slow` there, and run with --nightly. NIF_TEST_MESHES names a folder of real meshes,
-# NIF_TEST_GAMES one of scenes of games; without them the tests over those are skipped.
+# Long tests, those above 3 seconds (tests/costs.py), have ctest's label `long`; those that take long and of which others ask the
+# same in short have `nightly`, and run there. Those that take long under the sanitizers only, mostly because they train, have
+# `slow` there, and run with --nightly. NIF_TEST_MESHES names a folder of real meshes, NIF_TEST_GAMES one of scenes of games;
+# without them the tests over those are skipped.
 # The last line is "N passed, N failed, N skipped", added up over all runs of tests; a step that fails without having
 # run a test counts as one failure. Ends with 0 only where nothing failed.
 set -euo pipefail
@@ -70,15 +72,15 @@ step() {
 }
 step_failed() { [[ $1 == test* ]] || failed=$((failed + 1)); }
 
-# run_tests FOLDER [ctest options]: runs the tests of a build folder or of a part of it, the long ones with --all alone, the
+# run_tests FOLDER [ctest options]: runs the tests of a build folder or of a part of it, the long ones with --all, these and the
 # slow ones with --nightly, and adds up their outcomes.
 run_tests() {
   local folder=$1 report status=0 tests failures skips
   shift
   case $size in
-    all) set -- "$@" --label-exclude 'slow$' ;;
-    nightly) set -- "$@" --label-exclude '^(long|too-slow)$' ;;
-    *) set -- "$@" --label-exclude '^long$|slow$' ;;
+    all) set -- "$@" --label-exclude '^nightly$|slow$' ;;
+    nightly) set -- "$@" --label-exclude '^too-slow$' ;;
+    *) set -- "$@" --label-exclude '^(long|nightly)$|slow$' ;;
   esac
   report=$(mktemp)
   ctest --test-dir "$folder" --parallel 2 --output-on-failure --no-tests=error --output-junit "$report" "$@" \
@@ -112,26 +114,29 @@ fi
 configure() {
   cmake --preset "$1" -DNIF_WERROR=ON -DNIF_BUILD_TESTS=ON -DNIF_UNITY=ON "${launcher[@]}" "${@:2}" >/dev/null
 }
-# Code for one GPU shows what is wrong with the kernels most of the time; for one of each maker, nearly always. What only the
-# others' compilers can say, about registers and instructions, --nightly asks.
+# The emulator shows what is wrong with the kernels nearly always; their code for one GPU, some of the rest. What only the
+# others' compilers can say, about registers and instructions, --nightly asks: each takes minutes. So does what includes CGAL.
 configure_release() {
   if [[ $size == all ]]; then
-    configure release -DNIF_LONG_TESTS=ON '-DNIF_GPU_TARGETS=gfx90a;sm_80'
+    configure release -DNIF_QUICK=ON -DNIF_LONG_TESTS=ON -DNIF_GPU_TARGETS=gfx90a -DNIF_WITH_CGAL=ON
   else
-    configure release -DNIF_LONG_TESTS=OFF '-DNIF_GPU_TARGETS=gfx90a'
+    configure release -DNIF_QUICK=ON -DNIF_LONG_TESTS=OFF -DNIF_GPU_TARGETS= -DNIF_WITH_CGAL=OFF
   fi
 }
 
-# Whether the kernels are valid source for the other GPUs, whose code takes minutes.
-check_other_gpus() {
-  local target
-  for target in gfx1030 gfx1100 gfx942; do
+# Whether the kernels are valid source for GPUs of each kind. Code for one takes minutes; clang's analysis, and nvcc without
+# optimising, seconds.
+check_gpus() {
+  local target nvcc
+  for target in gfx1030 gfx1100 gfx90a gfx942; do
     ! kernels/gpu/compile.sh --compiler "$target" >/dev/null || kernels/gpu/compile.sh --check "$target" || return
   done
+  ! nvcc=$(kernels/gpu/compile.sh --compiler sm_80) \
+    || "$nvcc" -x cu -std=c++20 -arch=compute_80 -ptx -G -Werror all-warnings -I. kernels/gpu/module.cpp -o /dev/null
 }
 
 check_style() {
-  git ls-files -z '*.cpp' '*.hpp' '*.h' '*.c' | xargs -0 clang-format --dry-run -Werror \
+  git ls-files -z '*.cpp' '*.hpp' '*.h' '*.c' | xargs -0 -n 32 -P "$jobs" clang-format --dry-run -Werror \
     && git ls-files -z '*.sh' .ci/run | xargs -0 shellcheck
 }
 
@@ -156,21 +161,24 @@ build_alone() {
 }
 
 # asan_tests FOLDER...: parts of the tests, named by folder: their targets are the folder's "all".
+# With --all, CGAL takes too long to compile, and is not ours to check; vectors are those of the best instruction set.
 asan_tests() {
-  local cgal=OFF  # it takes long to compile, and is not ours to check
-  [[ $size != nightly ]] || cgal=ON
-  step 'build asan' build_part asan "write_random_asset $(printf 'tests/%s/all ' "$@")" "-DNIF_WITH_CGAL=$cgal" || return
+  local more=(-DNIF_WITH_CGAL=OFF -DNIF_BEST_KERNELS=ON)
+  [[ $size != nightly ]] || more=(-DNIF_WITH_CGAL=ON -DNIF_BEST_KERNELS=OFF)
+  step 'build asan' build_part asan "write_random_asset $(printf 'tests/%s/all ' "$@")" "${more[@]}" || return
   local folder
   for folder in "$@"; do
     step "test asan: $folder" run_tests "build/asan/tests/$folder" || true
   done
 }
-# Under the thread sanitizer these take as long as all others together, and ask about arithmetic: with --nightly.
-kernels_alone='/IsaTest\.'
-# Threads are the runtime's. The baker's TBB and Embree are not built for the thread sanitizer.
+# Threads are the runtime's. The baker's TBB and Embree are not built for the thread sanitizer. Tests that ask about arithmetic and
+# messages, and take longer than all others under it, run with --nightly.
 tsan_tests() {
-  step 'build tsan' build_part tsan 'write_random_asset tests/runtime/all' -DNIF_BUILD_TOOLS=OFF || return
-  step 'test tsan: runtime' run_tests build/tsan/tests/runtime --exclude-regex "$kernels_alone" || true
+  local more=() best=OFF
+  [[ $size == nightly ]] || more=(--exclude-regex '/(AssetInformation|IsaTest|RuntimeBvh|RuntimeSpherical)\.|^BadInput\.') best=ON
+  step 'build tsan' build_part tsan 'write_random_asset tests/runtime/all' -DNIF_BUILD_TOOLS=OFF "-DNIF_BEST_KERNELS=$best" \
+    || return
+  step 'test tsan: runtime' run_tests build/tsan/tests/runtime "${more[@]}" || true
 }
 fuzz_tests() {
   step 'build fuzz' build_part fuzz 'fuzz_seeds tests/fuzz/all' || return
@@ -218,26 +226,20 @@ case $size in
 esac
 step 'set up' tools/setup.sh "${needed[@]}" || exit 1
 if [[ $size == nightly ]]; then
-  step 'build release' build_part release 'nif judge_rays scene_rays' || exit 1
+  step 'build release' build_part release all -DNIF_QUICK=OFF -DNIF_LONG_TESTS=ON -DNIF_WITH_CGAL=ON -UNIF_GPU_TARGETS || exit 1
   step 'build fuzz' build_part fuzz tests/fuzz/all || exit 1
+  step 'test release' run_tests build/release || true
   step 'build each source by itself' build_alone || true
+  step 'check headers' tests/headers.sh || true
+  step 'build the runtime alone' build_runtime || true
   step 'NEON, emulated' tests/neon/run.sh || true
-  if step 'build tsan' build_part tsan runtime_test -DNIF_BUILD_TOOLS=OFF; then
-    step 'threads, for an hour at most' stress_threads || true
-    step 'test tsan: kernels' run_tests build/tsan/tests/runtime -R "$kernels_alone" || true
-  fi
-  if step 'build tests of faults' build_part release 'tests/faults/all'; then
-    step 'kills, 250 of each' env NIF_KILLS=250 build/release/bin/kill_test || true
-    step 'no memory at every 1,000th allocation' env NIF_EVERY_ALLOCATION=1000 \
-      build/release/bin/faults_test '--gtest_filter=NoMemory.*' || true
-  fi
-  if step 'build tests of proofs' build_part release 'truth_test exact_object_test cli_test gpu_sets_test' -DNIF_LONG_TESTS=ON; then
-    step '10^7 segments of each mesh' many_segments || true
-  fi
-  if step 'build code for every GPU' build_part release 'gpu_test gpu_proof' -UNIF_GPU_TARGETS; then
-    step 'test code for every GPU' run_tests build/release/tests/gpu -R 'GpuCodeTest|^gpu_fake' || true
-  fi
-  asan_tests bake cli mesh_verbs render || true
+  tsan_tests || true
+  step 'threads, for an hour at most' stress_threads || true
+  step 'kills, 250 of each' env NIF_KILLS=250 build/release/bin/kill_test || true
+  step 'no memory at every 1,000th allocation' env NIF_EVERY_ALLOCATION=1000 \
+    build/release/bin/faults_test '--gtest_filter=NoMemory.*' || true
+  step '10^7 segments of each mesh' many_segments || true
+  asan_tests bake cli format golden kernels mesh mesh_verbs render runtime validate || true
   step 'the same bytes and bits by other compilers' tests/determinism.sh || true
   host_test 'a release candidate, made twice' tests/release.sh
   host_test 'fuzz in 32 bits' tests/fuzz/bits32/run.sh 100000
@@ -265,14 +267,13 @@ fi
 step 'configure release' configure_release || exit 1
 step 'build release' cmake --build build/release --parallel "$jobs" || exit 1
 step 'check style' check_style || true
-# These run under the sanitizers, too, where they say more.
+# It runs under the sanitizers, too, where it says more.
 once=()
-[[ $size != all ]] || once=(--exclude-regex '^(GoldenDamage.EveryBit|Stress.ForHalfAMinute)$')
+[[ $size != all ]] || once=(--exclude-regex '^Stress.ForHalfAMinute$')
 step 'test release' run_tests build/release "${once[@]}" || true
+step 'check kernels for GPUs' check_gpus || true
 [[ $size == all ]] || exit 0
-step 'check headers' tests/headers.sh || true
-step 'check kernels for other GPUs' check_other_gpus || true
-step 'build the runtime alone' build_runtime || true
+step 'check public headers' tests/headers.sh --public || true
 asan_tests format golden kernels mesh runtime validate || true
 tsan_tests || true
 fuzz_tests || true

@@ -22,19 +22,24 @@ mkdir -p "$package"
 launcher=()
 ! command -v ccache >/dev/null || launcher=(-DCMAKE_C_COMPILER_LAUNCHER=ccache -DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
 
-for simd in ON OFF; do
-  out=$web/simd-$simd
-  emcmake cmake -S bindings/web -B "$out" -G Ninja -DCMAKE_BUILD_TYPE=Release -DNIF_WERROR=ON -DNIF_WEB_SIMD=$simd "${launcher[@]}" \
-    >"$web/cmake.log" 2>&1 || { cat "$web/cmake.log" >&2 && exit 1; }
-  cmake --build "$out" --parallel "$(nproc)" >&2
-  cp "$out"/bin/* "$package"
-done
-# A second time finds some more that is not needed.
-for wasm in "$package"/*.wasm; do
-  wasm-opt --enable-simd --enable-exception-handling --enable-mutable-globals --enable-sign-ext --enable-nontrapping-float-to-int \
-    -Oz --converge "$wasm" -o "$wasm.smaller"
-  mv "$wasm.smaller" "$wasm"
-done
+# build_module SIMD
+build_module() {
+  local out=$web/simd-$1 wasm
+  emcmake cmake -S bindings/web -B "$out" -G Ninja -DCMAKE_BUILD_TYPE=Release -DNIF_WERROR=ON "-DNIF_WEB_SIMD=$1" "${launcher[@]}" \
+    >"$out.log" 2>&1 || { cat "$out.log" >&2 && return 1; }
+  cmake --build "$out" --parallel "$(nproc)" >&2 && cp "$out"/bin/* "$package" || return
+  # A second time finds some more that is not needed.
+  for wasm in "$out"/bin/*.wasm; do
+    wasm-opt --enable-simd --enable-exception-handling --enable-mutable-globals --enable-sign-ext --enable-nontrapping-float-to-int \
+      -Oz --converge "$wasm" -o "$package/$(basename "$wasm")" || return
+  done
+}
+# Both at once: linking and wasm-opt take most of the time, on one core.
+status=0
+build_module ON &
+build_module OFF || status=1
+wait $! || status=1
+((status == 0)) || exit 1
 
 version=$(sed -n 's/^#define NIF_VERSION_[A-Z]* \([0-9]*\)$/\1/p' runtime/include/nif/nif.h | paste -sd .)
 sed "s/@VERSION@/$version/" bindings/web/package.json >"$package/package.json"

@@ -41,7 +41,7 @@ TEST(ExactCases, OfEachGeneratorAreRight) {
   const std::vector<Way> ways = make_ways({}), with_gpu = make_ways(NIF_EMULATED_MODULE);
   Tally tally;
   for (uint64_t number = 0; number <= mesh_generators().size(); ++number)
-    expect_right(draw_case(7, number, 200), number % 8 == 0 ? with_gpu : ways, tally);
+    expect_right(draw_case(7, number, 100), number % 8 == 0 ? with_gpu : ways, tally);
   EXPECT_GT(tally.certain, tally.rays / 4);
   EXPECT_GT(tally.answers, 10 * tally.rays);
 }

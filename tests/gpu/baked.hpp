@@ -12,7 +12,7 @@
 namespace nif::test {
 
 /// Rays of each set.
-inline size_t rays_of_set() { return segments_wanted(300'000); }
+inline size_t rays_of_set() { return segments_wanted(100'000); }
 
 inline mesh::Scene scene_of(mesh::Mesh mesh) {
   mesh::Scene scene;

@@ -1,4 +1,4 @@
-// 300,000 rays of every named set through a scene of all encodings, whose instances are mirrored, stretched
+// 100,000 rays of every named set through a scene of all encodings, whose instances are mirrored, stretched
 // and lie in each other: answered by the GPU module with an emulated GPU as by the reference, both by the
 // pipeline and by the one kernel. And what proofs leave open of as many, and the first hits of as many.
 // NIF_TEST_SEGMENTS says how many rays instead.

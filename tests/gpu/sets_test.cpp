@@ -1,4 +1,4 @@
-// 300,000 rays of every named set, answered by the kernels in the emulator as by the reference: for a baked
+// 100,000 rays of every named set, answered by the kernels in the emulator as by the reference: for a baked
 // field by the pipeline, with the matrix instructions of each target in turn, and for a baked BVH, an `exact`
 // object and a `proof` object; fewer for a field by the one kernel, and for a field of the paper's kind, in
 // both precisions. NIF_TEST_SEGMENTS says how many rays instead.
