@@ -118,9 +118,9 @@ configure() {
 # others' compilers can say, about registers and instructions, --nightly asks: each takes minutes. So does what includes CGAL.
 configure_release() {
   if [[ $size == all ]]; then
-    configure release -DNIF_QUICK=ON -DNIF_LONG_TESTS=ON -DNIF_GPU_TARGETS=gfx90a -DNIF_WITH_CGAL=ON
+    configure release -DNIF_LONG_TESTS=ON -DNIF_GPU_TARGETS=gfx90a -DNIF_WITH_CGAL=ON
   else
-    configure release -DNIF_QUICK=ON -DNIF_LONG_TESTS=OFF -DNIF_GPU_TARGETS= -DNIF_WITH_CGAL=OFF
+    configure release -DNIF_LONG_TESTS=OFF -DNIF_GPU_TARGETS= -DNIF_WITH_CGAL=OFF
   fi
 }
 
@@ -226,7 +226,7 @@ case $size in
 esac
 step 'set up' tools/setup.sh "${needed[@]}" || exit 1
 if [[ $size == nightly ]]; then
-  step 'build release' build_part release all -DNIF_QUICK=OFF -DNIF_LONG_TESTS=ON -DNIF_WITH_CGAL=ON -UNIF_GPU_TARGETS || exit 1
+  step 'build release' build_part release all -DNIF_LONG_TESTS=ON -DNIF_WITH_CGAL=ON -UNIF_GPU_TARGETS || exit 1
   step 'build fuzz' build_part fuzz tests/fuzz/all || exit 1
   step 'test release' run_tests build/release || true
   step 'build each source by itself' build_alone || true
