@@ -112,6 +112,7 @@ struct TraversalScratch {
   ReadyRays ready;
   LargeHits large;
   FlightGroup<Goal> groups[kFlightGroups];
+  PacketTrials trials;
   PacketStack packet;
   typename Goal::PacketState packet_state;
 };
@@ -180,35 +181,34 @@ class AnyTriangle {
   }
 
   /// Looks at a leaf with the rays `lanes` of a packet. Returns those that are blocked.
-  HWY_INLINE uint32_t look_at(const Packet& packet, Child at, uint32_t lanes) const {
+  HWY_INLINE uint32_t look_at(Packet& packet, Child at, uint32_t lanes) const {
     const Floats d;
-    const SeenRays& rays = packet.rays;
     const DecodedLeaf& leaf = tree_.decoded.leaves[at / kBvhLeafTriangles];
     const uint32_t count = at % kBvhLeafTriangles + 1;
-    const auto slack = hn::Mul(rays.padding, hn::Set(d, 4.0f));
+    const auto slack = hn::Mul(packet.padding, hn::Set(d, 4.0f));
     uint32_t blocked = 0;
     for (uint32_t i = 0; i < count && blocked != lanes; ++i) {
       const PacketTriangle seen = see(leaf, i, packet);
       const auto least = hn::Min(hn::Min(seen.z[0], seen.z[1]), seen.z[2]);
       const auto most = hn::Max(hn::Max(seen.z[0], seen.z[1]), seen.z[2]);
       const auto outside =
-          hn::Or(hn::Lt(most, hn::Sub(rays.begin, slack)), hn::Gt(least, hn::Add(rays.end, slack)));
-      const auto within = hn::And(hn::Ge(least, rays.begin), hn::Le(most, rays.end));
+          hn::Or(hn::Lt(most, hn::Sub(packet.begin, slack)), hn::Gt(least, hn::Add(packet.end, slack)));
+      const auto within = hn::And(hn::Ge(least, packet.begin), hn::Le(most, packet.end));
       blocked |= bits_of(hn::And(seen.sides.inside, within)) & lanes;
       const uint32_t open = ~bits_of(hn::Or(seen.sides.missed, outside)) & lanes & ~blocked;
-      if (HWY_UNLIKELY(open != 0)) blocked |= blocks_closely(leaf, i, seen, rays, open);
+      if (HWY_UNLIKELY(open != 0)) blocked |= blocks_closely(leaf, i, seen, packet, open);
     }
     return blocked;
   }
   /// Answers the rays `lanes` of a packet.
-  HWY_NOINLINE PacketWork answer_packet(const Packet& packet, uint32_t lanes, const int32_t* root,
-                                        const LargeHits&, PacketState&, PacketStack& stack) const {
+  HWY_NOINLINE PacketWork answer_packet(Packet& packet, uint32_t lanes, const int32_t* root, const LargeHits&,
+                                        PacketState&, PacketStack& stack) const {
     struct Look {
       const AnyTriangle& goal;
-      HWY_INLINE uint32_t look_at(const Packet& packet, Child leaf, uint32_t lanes) const {
+      HWY_INLINE uint32_t look_at(Packet& packet, Child leaf, uint32_t lanes) const {
         const uint32_t blocked = goal.look_at(packet, leaf, lanes);
         for (uint32_t left = blocked; left != 0; left &= left - 1)
-          goal.answers_.logit[packet.rays.first + lowest_bit(left)] = -kCertainLogit;
+          goal.answers_.logit[packet.first + lowest_bit(left)] = -kCertainLogit;
         return blocked;
       }
     } look{*this};
@@ -218,13 +218,13 @@ class AnyTriangle {
  private:
   /// Which of the rays `lanes` a triangle blocks that they may meet.
   HWY_NOINLINE uint32_t blocks_closely(const DecodedLeaf& leaf, uint32_t i, const PacketTriangle& seen,
-                                       const SeenRays& rays, uint32_t lanes) const {
-    const auto range = depth_range(seen.z, seen.sides, rays.padding);
-    const auto test = test_range(range, rays.begin, rays.end, rays.padding);
+                                       const Packet& packet, uint32_t lanes) const {
+    const auto range = depth_range(seen.z, seen.sides, packet.padding);
+    const auto test = test_range(range, packet.begin, packet.end, packet.padding);
     uint32_t blocked = lanes & bits_of(hn::And(seen.sides.inside, test.within));
     for (uint32_t open = lanes & ~(blocked | bits_of(test.outside)); open != 0; open &= open - 1) {
       const uint32_t lane = lowest_bit(open);
-      if (blocks_exactly(leaf, 1u << i, rays.first + lane)) blocked |= 1u << lane;
+      if (blocks_exactly(leaf, 1u << i, packet.first + lane)) blocked |= 1u << lane;
     }
     return blocked;
   }
@@ -295,7 +295,10 @@ class FirstTriangle {
       open = hn::Or(open, hn::IfThenElseZero(some, hn::Set(di, int32_t(1u << i))));
     }
     hn::Store(open, di, hits.open);
-    shorten(boxes, bound, rays.steepest);
+    // As shorten().
+    const auto t = hn::Div(bound, rays.steepest);
+    const auto above = hn::Max(hn::Mul(t, hn::Set(d, 1 + 0x1p-21f)), hn::Mul(t, hn::Set(d, 1 - 0x1p-21f)));
+    boxes.leave = hn::Min(hn::Add(above, hn::Set(d, std::numeric_limits<float>::min())), boxes.leave);
     return {.started = bits_of(hn::RebindMask(d, hn::Ne(open, hn::Zero(di))))};
   }
   /// A ray of that vector that meets nothing else.
@@ -345,12 +348,11 @@ class FirstTriangle {
   void finish() const { finish_hits(tree_.field, batch_, answers_, candidates_, hits_); }
 
   /// Looks at a leaf with the rays `lanes` of a packet.
-  HWY_INLINE void look_at(const Packet& packet, Child at, uint32_t lanes, PacketState& state) const {
+  HWY_INLINE void look_at(Packet& packet, Child at, uint32_t lanes, PacketState& state) const {
     const Floats d;
-    const SeenRays& rays = packet.rays;
     const DecodedLeaf& leaf = tree_.decoded.leaves[at / kBvhLeafTriangles];
     const uint32_t count = at % kBvhLeafTriangles + 1, place = at / kBvhLeafTriangles * kBvhLeafTriangles;
-    const auto slack = hn::Mul(rays.padding, hn::Set(d, 4.0f));
+    const auto slack = hn::Mul(packet.padding, hn::Set(d, 4.0f));
     auto bound = hn::Load(d, state.bound);
     uint32_t lower = 0;
     for (uint32_t i = 0; i < count; ++i) {
@@ -358,8 +360,8 @@ class FirstTriangle {
       const auto behind = hn::Gt(hn::Min(hn::Min(seen.z[0], seen.z[1]), seen.z[2]), bound);
       uint32_t open = ~bits_of(hn::Or(seen.sides.missed, behind)) & lanes;
       if (open == 0) continue;
-      const auto range = depth_range(seen.z, seen.sides, rays.padding);
-      const auto test = test_range(range, rays.begin, rays.end, rays.padding);
+      const auto range = depth_range(seen.z, seen.sides, packet.padding);
+      const auto test = test_range(range, packet.begin, packet.end, packet.padding);
       const uint32_t met = open & bits_of(hn::And(seen.sides.inside, test.within));
       bound = hn::IfThenElse(mask_of(met), hn::Min(range.high, bound), bound);
       lower |= met;
@@ -371,15 +373,15 @@ class FirstTriangle {
       for (; open != 0; open &= open - 1) {
         const uint32_t lane = lowest_bit(open);
         state.rays[lane].bound = state.bound[lane];
-        keep(low[lane], place + i, rays.first + lane, state.rays[lane]);
+        keep(low[lane], place + i, packet.first + lane, state.rays[lane]);
       }
     }
     if (lower == 0) return;
     hn::Store(bound, d, state.bound);
-    shorten(packet.boxes, bound, rays.steepest);
+    packet.shorten(bound);
   }
   /// Answers the rays `lanes` of a packet. Not those that meet large triangles only: the tree's boxes are before them.
-  HWY_NOINLINE PacketWork answer_packet(const Packet& packet, uint32_t lanes, const int32_t* root,
+  HWY_NOINLINE PacketWork answer_packet(Packet& packet, uint32_t lanes, const int32_t* root,
                                         const LargeHits& large, PacketState& state,
                                         PacketStack& stack) const {
     const Floats d;
@@ -390,12 +392,12 @@ class FirstTriangle {
       const uint32_t lane = lowest_bit(left);
       state.rays[lane].bound = state.bound[lane];
       for (auto open = uint32_t(large.open[lane]); open != 0; open &= open - 1)
-        keep(large.low[lowest_bit(open)][lane], lowest_bit(open), packet.rays.first + lane, state.rays[lane]);
+        keep(large.low[lowest_bit(open)][lane], lowest_bit(open), packet.first + lane, state.rays[lane]);
     }
     struct Look {
       const FirstTriangle& goal;
       PacketState& state;
-      HWY_INLINE uint32_t look_at(const Packet& packet, Child leaf, uint32_t lanes) const {
+      HWY_INLINE uint32_t look_at(Packet& packet, Child leaf, uint32_t lanes) const {
         goal.look_at(packet, leaf, lanes, state);
         return 0;
       }
@@ -404,7 +406,7 @@ class FirstTriangle {
     for (uint32_t left = lanes; left != 0; left &= left - 1) {
       const uint32_t lane = lowest_bit(left);
       state.rays[lane].bound = state.bound[lane];
-      add_candidates(packet.rays.first + lane, packet.axis, state.rays[lane]);
+      add_candidates(packet.first + lane, packet.axis, state.rays[lane]);
     }
     return work;
   }
@@ -435,6 +437,23 @@ class FirstTriangle {
   HitCandidates& candidates_;
 };
 
+/// Sends the rays that were made ready, from number `first` of the batch on, through the tree together, if enough of them agree
+/// on the way to go. Returns those that are answered.
+template <class Goal>
+HWY_NOINLINE uint32_t answer_together(const BvhTree& tree, const Goal& goal, uint32_t first,
+                                      TraversalScratch<Goal>& scratch) {
+  const ReadyRays& ready = scratch.ready;
+  const Way way = way_of_first(ready);
+  PacketWork work{.spent = 1};
+  if (way.lanes != 0) {
+    Packet packet(ready, first, way);
+    work =
+        goal.answer_packet(packet, way.lanes, ready.met, scratch.large, scratch.packet_state, scratch.packet);
+  }
+  scratch.trials.add(work.pays());
+  return way.lanes;
+}
+
 template <class Goal>
 class Traversal {
  public:
@@ -452,6 +471,7 @@ class Traversal {
         ready_(scratch.ready),
         large_(scratch.large) {
     ready_.traversed = 0;
+    scratch.trials = {};
   }
 
   /// Every ray tests the boxes of its node and moves to the next.
@@ -539,60 +559,14 @@ class Traversal {
     done |= uint32_t(next) >> 31 << at;
   }
 
-  /// Looks at the large triangles first; then answers rays that go the same way.
+  /// Looks at the large triangles first.
   struct LargeFirst {
-    Traversal& traversal;
+    const Traversal& traversal;
     HWY_INLINE bool has_any() const { return !traversal.tree_.decoded.large.empty(); }
     HWY_INLINE FirstLook operator()(const SeenRays& rays, BoxRays& boxes) const {
       return traversal.goal_.look_at_large(rays, boxes, traversal.large_);
     }
-    HWY_INLINE uint32_t together(const SeenRays& rays, const BoxRays& boxes, hn::Vec<Ints> signs,
-                                 const ReadyRays& ready) const {
-      if constexpr (kLanes < kFewestPacketLanes || !Goal::kPackets) {
-        return 0;
-      } else {
-        if (uint32_t(__builtin_popcount(ready.traversed)) < kFewestTogether) return 0;
-        if (traversal.vectors_without_ != 0) {
-          --traversal.vectors_without_;
-          return 0;
-        }
-        // Copies, so that the others stay in registers.
-        const SeenRays own_rays = rays;
-        BoxRays own_boxes = boxes;
-        return traversal.answer_together(own_rays, own_boxes, signs);
-      }
-    }
   };
-
-  /// Answers rays of a vector that agree on the way to go, if enough of them do. Returns them.
-  HWY_NOINLINE uint32_t answer_together(const SeenRays& rays, BoxRays& boxes, hn::Vec<Ints> signs) {
-    const Ints di;
-    alignas(64) int32_t ways[kLanes];
-    const auto way = hn::Or(signs, hn::ShiftLeft<3>(rays.axis));
-    hn::Store(way, di, ways);
-    const auto first = uint32_t(ways[lowest_bit(ready_.traversed)]);
-    const uint32_t lanes = bits_of(hn::And(hn::Eq(way, hn::Set(di, int32_t(first))),
-                                           hn::Ne(hn::Load(di, ready_.met), hn::Zero(di)))) &
-                           ready_.traversed;
-    uint32_t met = 0, meetings = 0;
-    for (uint32_t left = lanes; left != 0; left &= left - 1) {
-      const auto slots = uint32_t(ready_.met[lowest_bit(left)]);
-      met |= slots;
-      meetings += uint32_t(__builtin_popcount(slots));
-    }
-    const bool agree = uint32_t(__builtin_popcount(lanes)) >= kFewestTogether &&
-                       meetings >= kRootTogether * uint32_t(__builtin_popcount(met));
-    if (agree && goal_
-                     .answer_packet(Packet(rays, boxes, first & 7, first >> 3), lanes, ready_.met, large_,
-                                    scratch_.packet_state, scratch_.packet)
-                     .pays()) {
-      without_next_ = kVectorsWithout;
-    } else {
-      vectors_without_ = without_next_;
-      without_next_ *= kVectorsWithout;
-    }
-    return agree ? lanes : 0;
-  }
 
   /// Returns false if no ray is left.
   HWY_INLINE bool make_some_ready() {
@@ -600,6 +574,10 @@ class Traversal {
       if (taken_ >= batch_.count) return false;
       make_ready<DecodedNode>(tree_, batch_, enter_, leave_, taken_, goal_.answers(), ready_,
                               LargeFirst{*this});
+      if constexpr (kLanes >= kFewestPacketLanes && Goal::kPackets) {
+        if (uint32_t(__builtin_popcount(ready_.traversed)) >= kFewestTogether && scratch_.trials.begin())
+          ready_.traversed &= ~answer_together(tree_, Goal(goal_), taken_, scratch_);
+      }
     }
     return true;
   }
@@ -644,7 +622,6 @@ class Traversal {
   ReadyRays& ready_;
   LargeHits& large_;
   uint32_t taken_ = 0;  ///< rays of the batch that have been prepared
-  uint32_t vectors_without_ = 0, without_next_ = kVectorsWithout;  ///< packets: see kVectorsWithout
 };
 
 template <class Goal>

@@ -71,28 +71,84 @@ constexpr uint32_t kPacketNodeCost = 250, kPacketTriangleCost = 110, kNodeCost =
 /// kind, so many times as many, and so on until a packet pays.
 constexpr uint32_t kVectorsWithout = 4;
 
-/// Rays of a vector that agree on the signs of their directions and on the longest axis.
-struct Packet {
-  const SeenRays& rays;
-  BoxRays& boxes;
-  uint32_t signs;    ///< of the directions, bit `axis` if negative
-  uint32_t axis;     ///< the longest of the directions
-  uint32_t rows[3];  ///< DecodedRay::rows
-
-  Packet(const SeenRays& seen, BoxRays& seen_boxes, uint32_t all_signs, uint32_t longest)
-      : rays(seen), boxes(seen_boxes), signs(all_signs), axis(longest) {
-    constexpr uint32_t kRow = sizeof(DecodedLeaf::corners[0][0]);
-    for (uint32_t i = 0; i < 3; ++i) rows[i] = kAxisOrder[axis][i] * kRow;
+struct PacketTrials {
+  uint32_t vectors_without = 0, next = kVectorsWithout;
+  /// Whether to try a vector.
+  bool begin() { return vectors_without == 0 || --vectors_without == 0; }
+  void add(bool paid) {
+    vectors_without = paid ? 0 : next;
+    next = paid ? kVectorsWithout : next * kVectorsWithout;
   }
 };
 
-/// As shorten() of a single ray: boxes that rays enter after these depths hold no first hit.
-HWY_INLINE void shorten(BoxRays& boxes, hn::Vec<Floats> depth, hn::Vec<Floats> steepest) {
-  const Floats d;
-  const auto t = hn::Div(depth, steepest);
-  const auto above = hn::Max(hn::Mul(t, hn::Set(d, 1 + 0x1p-21f)), hn::Mul(t, hn::Set(d, 1 - 0x1p-21f)));
-  boxes.leave = hn::Min(hn::Add(above, hn::Set(d, std::numeric_limits<float>::min())), boxes.leave);
+/// What rays of a packet agree on.
+struct Way {
+  uint32_t lanes;  ///< the rays, as bits; 0: too few agree
+  uint32_t signs;  ///< of their directions, bit `axis` if negative
+  uint32_t axis;   ///< the longest of the directions
+};
+
+/// The way of the first ray that is traversed.
+HWY_INLINE Way way_of_first(const ReadyRays& ready) {
+  const auto way_of = [&](uint32_t lane) {
+    const auto signs = __builtin_bit_cast(uint32_t, ready.groups[kReadyGroups - 2][lane][3]);
+    return ready.axis(lane) << 3 | signs;
+  };
+  const uint32_t way = way_of(lowest_bit(ready.traversed));
+  uint32_t lanes = 0, count = 0, slots = 0, meetings = 0;
+  for (uint32_t left = ready.traversed; left != 0; left &= left - 1) {
+    const uint32_t lane = lowest_bit(left);
+    const auto met = uint32_t(ready.met[lane]);
+    if (way_of(lane) != way || met == 0) continue;
+    lanes |= 1u << lane;
+    ++count;
+    slots |= met;
+    meetings += uint32_t(__builtin_popcount(met));
+  }
+  const bool enough =
+      count >= kFewestTogether && meetings >= kRootTogether * uint32_t(__builtin_popcount(slots));
+  return {enough ? lanes : 0, way & 7, way >> 3};
 }
+
+/// Rays of a vector that agree on the way to go, a ray in each lane; the other lanes mean nothing. As in ReadyRay.
+struct Packet {
+  uint32_t first;  ///< number of the first lane's ray in the batch
+  uint32_t signs, axis;
+  uint32_t rows[3];                             ///< DecodedRay::rows
+  hn::Vec<Floats> inverse[3], near[3], far[3];  ///< for boxes
+  hn::Vec<Floats> enter, leave;
+  hn::Vec<Floats> origin[3], shear[2], error[2], padding;
+  hn::Vec<Floats> begin, end;  ///< depths in the direction of the ray, surely inside its range
+  hn::Vec<Floats> sign;        ///< of the direction's longest component
+
+  HWY_INLINE Packet(const ReadyRays& ready, uint32_t number, const Way& way)
+      : first(number), signs(way.signs), axis(way.axis) {
+    const Floats d;
+    constexpr uint32_t kRow = sizeof(DecodedLeaf::corners[0][0]);
+    for (uint32_t i = 0; i < 3; ++i) rows[i] = kAxisOrder[axis][i] * kRow;
+    hn::Vec<Floats> unused, low, high;
+    const auto load = [&](uint32_t group, auto& x, auto& y, auto& z, auto& w)
+                          HWY_ATTR { hn::LoadInterleaved4(d, ready.groups[group][0], x, y, z, w); };
+    load(0, inverse[0], inverse[1], inverse[2], unused);
+    load(1, near[0], near[1], near[2], unused);
+    load(2, far[0], far[1], far[2], unused);
+    load(3, origin[0], origin[1], origin[2], padding);
+    load(4, shear[0], shear[1], error[0], error[1]);
+    load(5, enter, leave, low, high);
+    const bool backward = (signs >> axis & 1) != 0;
+    sign = hn::Set(d, backward ? -0.0f : 0.0f);
+    begin = backward ? hn::Neg(high) : low;
+    end = backward ? hn::Neg(low) : high;
+  }
+
+  /// Boxes that rays enter after these depths hold no first hit. As that of a ReadyRay.
+  HWY_INLINE void shorten(hn::Vec<Floats> depth) {
+    const Floats d;
+    const auto t = hn::Mul(depth, hn::Abs(inverse[axis]));
+    const auto above = hn::Max(hn::Mul(t, hn::Set(d, 1 + 0x1p-21f)), hn::Mul(t, hn::Set(d, 1 - 0x1p-21f)));
+    leave = hn::Min(hn::Add(above, hn::Set(d, std::numeric_limits<float>::min())), leave);
+  }
+};
 
 /// What the rays of a packet do together, in the units of kNodeCost.
 struct PacketWork {
@@ -123,8 +179,6 @@ struct PacketTriangle {
 /// As see().
 HWY_INLINE PacketTriangle see(const DecodedLeaf& leaf, uint32_t i, const Packet& packet) {
   const Floats d;
-  const SeenRays& rays = packet.rays;
-  const auto sign = hn::IfThenElseZero(rays.backward, hn::Set(d, -0.0f));
   const auto row = [&](uint32_t k, uint32_t axis) HWY_ATTR {
     const auto* const corner = reinterpret_cast<const char*>(leaf.corners[k]) + packet.rows[axis];
     return hn::Set(d, reinterpret_cast<const float*>(corner)[i]);
@@ -133,25 +187,24 @@ HWY_INLINE PacketTriangle see(const DecodedLeaf& leaf, uint32_t i, const Packet&
   hn::Vec<Floats> x[3], y[3];
   auto size = hn::Zero(d);
   for (uint32_t k = 0; k < 3; ++k) {
-    const auto z = hn::Sub(row(k, 2), rays.origin[2]);
-    x[k] = hn::NegMulAdd(z, rays.shear[0], hn::Sub(row(k, 0), rays.origin[0]));
-    y[k] = hn::NegMulAdd(z, rays.shear[1], hn::Sub(row(k, 1), rays.origin[1]));
+    const auto z = hn::Sub(row(k, 2), packet.origin[2]);
+    x[k] = hn::NegMulAdd(z, packet.shear[0], hn::Sub(row(k, 0), packet.origin[0]));
+    y[k] = hn::NegMulAdd(z, packet.shear[1], hn::Sub(row(k, 1), packet.origin[1]));
     size = hn::Add(size, hn::Add(hn::Abs(x[k]), hn::Abs(y[k])));
-    seen.z[k] = hn::Xor(z, sign);
+    seen.z[k] = hn::Xor(z, packet.sign);
   }
-  seen.sides = edge_sides(x, y, size, rays.error[0], rays.error[1]);
+  seen.sides = edge_sides(x, y, size, packet.error[0], packet.error[1]);
   return seen;
 }
 
 /// Goes through the tree with the rays `lanes`, which have met these slots of the root, as ReadyRays::met. Goal:
 /// look_at(packet, leaf, lanes) takes the triangles of a leaf, and returns the rays that are finished; it may lower
-/// `packet.boxes.leave`.
+/// `packet.leave`.
 template <class Goal>
-HWY_INLINE PacketWork traverse_packet(const DecodedTree& tree, const Packet& packet, uint32_t lanes,
+HWY_INLINE PacketWork traverse_packet(const DecodedTree& tree, Packet& packet, uint32_t lanes,
                                       const int32_t* root, const Goal& goal, PacketStack& stack) {
   const Floats d;
   const Ints di;
-  const BoxRays& boxes = packet.boxes;
   uint32_t entry[3], exit[3];
   for (uint32_t a = 0; a < 3; ++a) {
     const bool negative = (packet.signs >> a & 1) != 0;
@@ -192,12 +245,12 @@ HWY_INLINE PacketWork traverse_packet(const DecodedTree& tree, const Packet& pac
     const auto* const planes = reinterpret_cast<const char*>(&node);
     slots = 0;
     for (uint32_t s = 0; s < kBvhWidth; ++s) {
-      auto enter = boxes.enter, leave = boxes.leave;
+      auto enter = packet.enter, leave = packet.leave;
       for (uint32_t a = 0; a < 3; ++a) {
         const auto from = hn::Set(d, reinterpret_cast<const float*>(planes + entry[a])[s]);
         const auto to = hn::Set(d, reinterpret_cast<const float*>(planes + exit[a])[s]);
-        enter = hn::Max(hn::MulAdd(from, boxes.inverse[a], boxes.near[a]), enter);
-        leave = hn::Min(hn::MulAdd(to, boxes.inverse[a], boxes.far[a]), leave);
+        enter = hn::Max(hn::MulAdd(from, packet.inverse[a], packet.near[a]), enter);
+        leave = hn::Min(hn::MulAdd(to, packet.inverse[a], packet.far[a]), leave);
       }
       set(s, bits_of(hn::Le(enter, leave)) & active);
     }

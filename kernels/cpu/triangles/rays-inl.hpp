@@ -110,9 +110,6 @@ struct FirstLook {
 struct NothingFirst {
   HWY_INLINE bool has_any() const { return false; }
   HWY_INLINE FirstLook operator()(const SeenRays&, BoxRays&) const { return {}; }
-  HWY_INLINE uint32_t together(const SeenRays&, const BoxRays&, hn::Vec<Ints>, const ReadyRays&) const {
-    return 0;
-  }
 };
 
 /// The rays of a vector, with those from far away moved to the object. The others do not change.
@@ -150,9 +147,7 @@ HWY_INLINE bool any_far(const TrianglesField& field, const SegmentBatch& batch) 
 
 /// Prepares the batch's rays from `first` on, and answers them as if they met nothing. Boxes count from
 /// `enter` to `leave`, where t counts from start_of() the ray; triangles from the ray's tmin to tmax.
-/// Look: look(rays, boxes) looks at triangles outside the tree, if it has_any(), and may lower `boxes.leave`. Then
-/// look.together(rays, boxes, signs, ready) may answer some of the rays `ready.traversed`, and returns them; `signs` are of
-/// their directions, as in ReadyRay::entry[3].
+/// Look: look(rays, boxes) looks at triangles outside the tree, if it has_any(), and may lower `boxes.leave`.
 template <class Node, class Look>
 HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const float* from, const float* to,
                            uint32_t first, AnswerBatch& answers, ReadyRays& ready, const Look& look) {
@@ -255,22 +250,21 @@ HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const
 
   const uint32_t asked = bits_of(askable) & present;
   const hn::Vec<Floats> in_order[3] = {choose(origin, 1), choose(origin, 2), choose(origin, 0)};
-  const SeenRays seen{first,
-                      asked,
-                      axis,
-                      {in_order[0], in_order[1], in_order[2]},
-                      {shear_x, shear_y},
-                      {error, least_error},
-                      padding,
-                      low,
-                      high,
-                      steepest,
-                      backward};
   FirstLook looked;
   if (HWY_UNLIKELY(look.has_any())) {
-    const SeenRays rays = seen;  // so that the others stay in registers
-    BoxRays copy = boxes;
-    looked = look(rays, copy);
+    const SeenRays seen{first,
+                        asked,
+                        axis,
+                        {in_order[0], in_order[1], in_order[2]},
+                        {shear_x, shear_y},
+                        {error, least_error},
+                        padding,
+                        low,
+                        high,
+                        steepest,
+                        backward};
+    BoxRays copy = boxes;  // so that the others stay in registers
+    looked = look(seen, copy);
     boxes.leave = copy.leave;
   }
 
@@ -283,8 +277,6 @@ HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const
   hn::Store(met, di, ready.met);
   const auto some = hn::RebindMask(d, hn::Ne(met, hn::Zero(di)));
   ready.traversed = ((bits_of(some) & ~looked.finished) | looked.started) & asked;
-  if (ready.traversed == 0) return;
-  ready.traversed &= ~look.together(seen, boxes, signs, ready);
   if (ready.traversed == 0) return;
 
   const auto store =
