@@ -202,6 +202,9 @@ HWY_INLINE hn::Vec<Tag> look_up(Tag d, const T* table, hn::Vec<Ints> index) {
 #endif
 }
 
+/// By number of four bits: how many are set.
+alignas(16) constexpr uint8_t kBitsOfNibbles[16] = {0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 4};
+
 /// The number of set bits in each lane.
 HWY_INLINE hn::Vec<Ints> count_bits(hn::Vec<Ints> v) {
 #if HWY_TARGET == HWY_WASM  // Highway's version works byte by byte
@@ -209,6 +212,18 @@ HWY_INLINE hn::Vec<Ints> count_bits(hn::Vec<Ints> v) {
       wasm_u32x4_extadd_pairwise_u16x8(wasm_u16x8_extadd_pairwise_u8x16(wasm_i8x16_popcnt(v.raw)))};
 #else
   return hn::BitCast(Ints(), hn::PopulationCount(hn::BitCast(Words(), v)));
+#endif
+}
+
+/// The same for values below 256: Highway's version adds up the counts of all four bytes.
+HWY_INLINE hn::Vec<Ints> count_bits_of_byte(hn::Vec<Ints> v) {
+#if HWY_TARGET == HWY_WASM
+  return hn::Vec<Ints>{wasm_i8x16_popcnt(v.raw)};
+#else
+  const Ints di;
+  const auto counts = hn::LoadDup128(di, reinterpret_cast<const int32_t*>(kBitsOfNibbles));
+  const auto low = hn::And(v, hn::Set(di, 15)), high = hn::ShiftRight<4>(v);
+  return hn::Add(hn::TableLookupBytes(counts, low), hn::TableLookupBytes(counts, high));
 #endif
 }
 

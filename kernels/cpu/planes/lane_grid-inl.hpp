@@ -93,7 +93,7 @@ class LaneGrid {
     const auto mask = hn::ShiftRight<4>(from);
     const auto bit = shifted(1, octant);
     const auto there = hn::And(hn::TestBit(mask, bit), lanes);
-    const auto before = count_bits(hn::And(mask, hn::Sub(bit, hn::Set(di, 1))));
+    const auto before = count_bits_of_byte(hn::And(mask, hn::Sub(bit, hn::Set(di, 1))));
     const auto first = hn::BitCast(di, hn::ShiftRight<12>(hn::BitCast(Words(), from)));
     const auto index = hn::IfThenElseZero(there, hn::Add(first, before));
     return hn::IfThenElse(there, hn::GatherIndex(di, children_, index), hn::Set(di, int32_t(kEmptyChild)));
