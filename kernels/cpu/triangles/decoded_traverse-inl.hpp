@@ -352,7 +352,6 @@ class FirstTriangle {
     const Floats d;
     const DecodedLeaf& leaf = tree_.decoded.leaves[at / kBvhLeafTriangles];
     const uint32_t count = at % kBvhLeafTriangles + 1, place = at / kBvhLeafTriangles * kBvhLeafTriangles;
-    const auto slack = hn::Mul(packet.padding, hn::Set(d, 4.0f));
     auto bound = hn::Load(d, state.bound);
     uint32_t lower = 0;
     for (uint32_t i = 0; i < count; ++i) {
@@ -440,8 +439,7 @@ class FirstTriangle {
 /// Sends the rays that were made ready, from number `first` of the batch on, through the tree together, if enough of them agree
 /// on the way to go. Returns those that are answered.
 template <class Goal>
-HWY_NOINLINE uint32_t answer_together(const BvhTree& tree, const Goal& goal, uint32_t first,
-                                      TraversalScratch<Goal>& scratch) {
+HWY_NOINLINE uint32_t answer_together(const Goal& goal, uint32_t first, TraversalScratch<Goal>& scratch) {
   const ReadyRays& ready = scratch.ready;
   const Way way = way_of_first(ready);
   PacketWork work{.spent = 1};
@@ -576,7 +574,7 @@ class Traversal {
                               LargeFirst{*this});
       if constexpr (kLanes >= kFewestPacketLanes && Goal::kPackets) {
         if (uint32_t(__builtin_popcount(ready_.traversed)) >= kFewestTogether && scratch_.trials.begin())
-          ready_.traversed &= ~answer_together(tree_, Goal(goal_), taken_, scratch_);
+          ready_.traversed &= ~answer_together(Goal(goal_), taken_, scratch_);
       }
     }
     return true;
