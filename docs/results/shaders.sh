@@ -9,7 +9,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 : "${NIF_TEST_MESHES:?names the folder that holds the meshes}" "${NIF_TEST_GAMES:?names the folder that holds the scenes}"
 nif=build/release/bin/nif speed=build/release/bin/shader_speed out=build/shaders rays=${RAYS:-100000} rounds=${ROUNDS:-3}
 load=$(cut -d' ' -f1 /proc/loadavg)
-cmake --build build/release --target nif shader_speed >&2
+cmake --build build/release --target nif shader_speed shader_registers >&2
 mkdir -p "$out"
 scenes=(
   "town|$NIF_TEST_GAMES/town/town_model.gltf|bvh exact"
@@ -26,6 +26,20 @@ for scene in "${scenes[@]}"; do
   done
   "$speed" "$rays" "$rounds" "${assets[@]}" | sed "s/^$name-//; s/^/$name\t/"
 done >"$out/rows"
+
+# What Mesa's compiler for AMD's gfx1100 says; it needs no card.
+radeon=/usr/share/vulkan/icd.d/radeon_icd.$(uname -m).json spirv=build/release/tests/shader
+registers=$(for shader in planes default hits default_scene hits_scene rival_binary rival_wide; do
+  RADV_FORCE_FAMILY=gfx1100 VK_ICD_FILENAMES=$radeon build/release/bin/shader_registers "$spirv/$shader.spv"
+done | awk -F'\t' '{ value[$1, $2] = $3; if (!seen[$1]++) order[++files] = $1 }
+  END {
+    for (i = 1; i <= files; ++i) {
+      f = order[i]
+      printf "| `%s` | %d | %d | %d | %d | %d |\n", f, value[f, "VGPRs"], value[f, "Spilled VGPRs"], value[f, "Spilled SGPRs"],
+             value[f, "Scratch size"], value[f, "Instructions"]
+    }
+  }')
+[[ -n $registers ]] || registers='(no figure is at hand: this machine lacks that driver)'
 
 # The faster rival of each scene and set, and then the rows.
 table=$(awk -F'\t' '
@@ -47,7 +61,7 @@ read -r compared lost short <<<"$(tail -n 1 <<<"$table")"
 # Speed of shaders
 
 Made by \`docs/results/shaders.sh\`; do not edit by hand. Machine: $(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1), $(nproc) threads, by Mesa's
-lavapipe. When it began, the load average was $load. Speeds are of the processor's time, so that other programs matter less, but
+lavapipe, with the texts of commit $(git rev-parse --short HEAD). When it began, the load average was $load. Speeds are of the processor's time, so that other programs matter less, but
 compare only rows of one scene and set.
 
 **Where we lose.** Hierarchies with a stack are faster in $lost of $compared rows, and our goal, three times the faster one's
@@ -70,7 +84,20 @@ the surface area heuristic, and goes to the nearer child first; CWBVH has the co
 Where both of our rows of a scene have the same bytes, `exact` found no planes that pay, and stored `bvh`: what their speeds differ by is noise.
 Lavapipe runs eight rays together, so that they wait for the longest.
 
-**Tried and dropped: the nearer child first.** The tree is walked in a fixed order. With a link from each node to its parent, after Hapala and
+## Registers
+
+By Mesa's driver for AMD's gfx1100, which compiles without a card. `planes` is `nif_query` without the text for triangles, `default` with it.
+**Scenes spill**: `nif_query_scene` with planes, networks and triangles in one shader needs scratch memory there.
+
+| shader | vector registers | spilled | scalar ones spilled | scratch, bytes a wave | instructions |
+| --- | ---: | ---: | ---: | ---: | ---: |
+PAGE
+  cat <<<"$registers"
+  cat <<'PAGE'
+
+## Tried and dropped: the nearer child first
+
+The tree is walked in a fixed order. With a link from each node to its parent, after Hapala and
 others (2011), first hits met the nearer child first, without a stack, for a word more in each inner node (2.6 bytes a triangle). They tested
 boxes of the dragon 27 to 38 % less often, of the ship 14 to 20 %, of the town as often; but climbing back took half as many steps again. On
 lavapipe the dragon's first hits became 1 to 1.4 times as fast, those of the others 0.6 to 1 times. The message of the commit that made this page
