@@ -71,6 +71,8 @@ const int NIF_CERTAIN_LOGIT = 0x7fffffff;
 uint nif_object;           // first word of the object's header
 uvec3 nif_voxels;          // of the grid
 uint nif_levels;           // how often voxels are cut
+uint nif_voxel_words;      // where their table begins
+uint nif_children;
 vec3 nif_origin;
 vec3 nif_direction;
 vec3 nif_inverse;          // 1 / direction, 0 where that is 0
@@ -174,6 +176,8 @@ bool nif_enter_grid(vec3 origin, vec3 direction, float tmin, float tmax) {
   nif_blocked = false;
   nif_voxels = uvec3(nif_header(10u), nif_header(11u), nif_header(12u));
   nif_levels = nif_header(9u);
+  nif_voxel_words = nif_object + nif_header(13u);
+  nif_children = nif_object + nif_header(14u);
   vec3 corner = vec3(nif_number(4u), nif_number(5u), nif_number(6u));
   float scale = nif_number(7u);
   precise vec3 relative = origin - corner;
@@ -275,22 +279,24 @@ uint nif_features(uvec3 voxel, ivec3 fraction) {
   ivec3 rest = 128 - fraction;
   int sum_0 = 0;
   int sum_1 = 0;
-  for (uint k = 0u; k < 4u; ++k) {
+  for (uint k = 0u; k < 4u && together; ++k) {
     uint dy = k & 1u;
     uint dz = k >> 1;
-    uint row;
-    if (together) {
-      uint layer = dz == 0u ? layer_0 : layer_1;
-      uint below = uint(bitCount(layer & ((1u << (bit + 5u * dy)) - 1u)));
-      row = nif_two_pairs(first_pair + (layer >> 25) + below);
-    } else {  // rounding has moved the point out of the surface voxels: other bricks may have its corners
-      uvec3 corner = voxel + uvec3(0u, dy, dz);
-      uint other = nif_corner(corner + uvec3(1u, 0u, 0u));
-      row = nif_corner(corner) | (other << 16);
-    }
+    uint layer = dz == 0u ? layer_0 : layer_1;
+    uint below = uint(bitCount(layer & ((1u << (bit + 5u * dy)) - 1u)));
+    uint row = nif_two_pairs(first_pair + (layer >> 25) + below);
     int across = (dy == 0u ? rest.y : fraction.y) * (dz == 0u ? rest.z : fraction.z);
     sum_0 += across * (rest.x * nif_byte(row, 0u) + fraction.x * nif_byte(row, 2u));
     sum_1 += across * (rest.x * nif_byte(row, 1u) + fraction.x * nif_byte(row, 3u));
+  }
+  // Rounding has moved the point out of the surface voxels: other bricks may have its corners. The same sum.
+  uint others = together ? 0u : 8u;
+  for (uint k = 0u; k < others; ++k) {
+    uvec3 to = uvec3(k & 1u, (k >> 1) & 1u, k >> 2);
+    uint pair = nif_corner(voxel + to);
+    int share = (to.x == 0u ? rest.x : fraction.x) * (to.y == 0u ? rest.y : fraction.y) * (to.z == 0u ? rest.z : fraction.z);
+    sum_0 += share * nif_byte(pair, 0u);
+    sum_1 += share * nif_byte(pair, 1u);
   }
   return nif_feature(sum_0) | (nif_feature(sum_1) << 8);
 }
@@ -433,7 +439,7 @@ bool nif_next() {
   ivec3 at = clamp(ivec3(nif_down.x ? -1 - nif_cell.x : nif_cell.x, nif_down.y ? -1 - nif_cell.y : nif_cell.y,
                          nif_down.z ? -1 - nif_cell.z : nif_cell.z), ivec3(0), cells - 1);
   uvec3 voxel = uvec3(at) >> uvec3(nif_levels);
-  uint word = nif_table(13u, voxel.x + nif_voxels.x * (voxel.y + nif_voxels.y * voxel.z));
+  uint word = NIF_WORD(nif_voxel_words + voxel.x + nif_voxels.x * (voxel.y + nif_voxels.y * voxel.z));
   uint level = nif_levels;
   for (; level > 0u && (word & 15u) == 15u;) {
     --level;
@@ -441,7 +447,7 @@ bool nif_next() {
     uint child = upper.x | (upper.y << 1) | (upper.z << 2);
     uint mask = (word >> 4) & 255u;
     if (((mask >> child) & 1u) != 0u) {
-      word = nif_table(14u, (word >> 12) + uint(bitCount(mask & ((1u << child) - 1u))));
+      word = NIF_WORD(nif_children + (word >> 12) + uint(bitCount(mask & ((1u << child) - 1u))));
     } else {
       word = 14u;  // no triangle, and nothing is known of its side
     }
@@ -478,32 +484,34 @@ bool nif_next() {
   }
 
   // The cell behind it. Along each axis its number is estimated from below, by at most 1 too little, and corrected
-  // by a crossing; those of lower axes at the same t come first. Far away each plane is tested.
+  // by a crossing; those of lower axes at the same t come first. Far away each plane is tested. One loop for all, whose end no
+  // compiler knows: they would unroll it, and drivers that run several rays together would do all of it for each.
   bool by_0 = leaving.x == t;
   bool by_1 = leaving.y == t;
   precise vec3 moved = nif_direction * t;
   precise vec3 reached = nif_origin + moved;
-  for (int a = 0; a < 3; ++a) {
-    bool later = (a > 0 && by_0) || (a > 1 && by_1);
-    float upward = nif_down[a] ? -reached[a] : reached[a];
-    precise float lowered = upward - 0.03125;
-    int cell = nif_cell[a];
-    if (nif_near) {
-      cell = max(int(clamp(floor(lowered), -1025.0, 1025.0)), cell);
+  ivec3 cell = nif_cell;
+  if (nif_near) {
+    for (int a = 0; a < 3; ++a) {
+      float upward = nif_down[a] ? -reached[a] : reached[a];
+      precise float lowered = upward - 0.03125;
+      cell[a] = max(int(clamp(floor(lowered), -1025.0, 1025.0)), cell[a]);
     }
-    for (int k = 0; k < 16; ++k) {
-      int next = cell + 1;
+  }
+  bvec3 passes = bvec3(true);
+  for (int k = 0; k < size && (passes.x || passes.y || passes.z); ++k) {
+    for (int a = 0; a < 3; ++a) {
+      bool later = (a > 0 && by_0) || (a > 1 && by_1);
+      int next = cell[a] + 1;
       float plane = float(nif_down[a] ? -next : next);
       precise float distance = plane - nif_origin[a];
       precise float crossing = distance * nif_inverse[a];
-      bool crossed = !nif_flat[a] && (crossing < t || (crossing == t && !later));
-      cell = crossed ? next : cell;
-      if (nif_near || !crossed || (cell & (size - 1)) == 0) {
-        break;
-      }
+      bool crossed = passes[a] && !nif_flat[a] && (crossing < t || (crossing == t && !later));
+      cell[a] = crossed ? next : cell[a];
+      passes[a] = crossed && !nif_near && (next & (size - 1)) != 0;
     }
-    nif_cell[a] = cell;
   }
+  nif_cell = cell;
   return true;
 }
 

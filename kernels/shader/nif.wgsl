@@ -36,6 +36,8 @@ const NIF_CERTAIN_LOGIT : i32 = 0x7fffffff;
 var<private> nif_object : u32;  // first word of the object's header
 var<private> nif_voxels : vec3<u32>;  // of the grid
 var<private> nif_levels : u32;  // how often voxels are cut
+var<private> nif_voxel_words : u32;  // where their table begins
+var<private> nif_children : u32;
 var<private> nif_origin : vec3<f32>;
 var<private> nif_direction : vec3<f32>;
 var<private> nif_inverse : vec3<f32>;  // 1 / direction, 0 where that is 0
@@ -139,6 +141,8 @@ fn nif_enter_grid(origin : vec3<f32>, direction : vec3<f32>, tmin : f32, tmax : 
   nif_blocked = false;
   nif_voxels = vec3<u32>(nif_header(10u), nif_header(11u), nif_header(12u));
   nif_levels = nif_header(9u);
+  nif_voxel_words = nif_object + nif_header(13u);
+  nif_children = nif_object + nif_header(14u);
   let corner : vec3<f32> = vec3<f32>(nif_number(4u), nif_number(5u), nif_number(6u));
   let scale : f32 = nif_number(7u);
   let relative : vec3<f32> = origin - corner;
@@ -240,22 +244,24 @@ fn nif_features(voxel : vec3<u32>, fraction : vec3<i32>) -> u32 {
   let rest : vec3<i32> = 128 - fraction;
   var sum_0 : i32 = 0;
   var sum_1 : i32 = 0;
-  for (var k : u32 = 0u; k < 4u; k++) {
+  for (var k : u32 = 0u; k < 4u && together; k++) {
     let dy : u32 = k & 1u;
     let dz : u32 = k >> 1;
-    var row : u32;
-    if (together) {
-      let layer : u32 = select(layer_1, layer_0, dz == 0u);
-      let below : u32 = u32(countOneBits(layer & ((1u << (bit + 5u * dy)) - 1u)));
-      row = nif_two_pairs(first_pair + (layer >> 25) + below);
-    } else {  // rounding has moved the point out of the surface voxels: other bricks may have its corners
-      let corner : vec3<u32> = voxel + vec3<u32>(0u, dy, dz);
-      let other : u32 = nif_corner(corner + vec3<u32>(1u, 0u, 0u));
-      row = nif_corner(corner) | (other << 16);
-    }
+    let layer : u32 = select(layer_1, layer_0, dz == 0u);
+    let below : u32 = u32(countOneBits(layer & ((1u << (bit + 5u * dy)) - 1u)));
+    let row : u32 = nif_two_pairs(first_pair + (layer >> 25) + below);
     let across : i32 = (select(fraction.y, rest.y, dy == 0u)) * (select(fraction.z, rest.z, dz == 0u));
     sum_0 += across * (rest.x * nif_byte(row, 0u) + fraction.x * nif_byte(row, 2u));
     sum_1 += across * (rest.x * nif_byte(row, 1u) + fraction.x * nif_byte(row, 3u));
+  }
+  // Rounding has moved the point out of the surface voxels: other bricks may have its corners. The same sum.
+  let others : u32 = select(8u, 0u, together);
+  for (var k : u32 = 0u; k < others; k++) {
+    let to : vec3<u32> = vec3<u32>(k & 1u, (k >> 1) & 1u, k >> 2);
+    let pair : u32 = nif_corner(voxel + to);
+    let share : i32 = (select(fraction.x, rest.x, to.x == 0u)) * (select(fraction.y, rest.y, to.y == 0u)) * (select(fraction.z, rest.z, to.z == 0u));
+    sum_0 += share * nif_byte(pair, 0u);
+    sum_1 += share * nif_byte(pair, 1u);
   }
   return nif_feature(sum_0) | (nif_feature(sum_1) << 8);
 }
@@ -397,7 +403,7 @@ fn nif_next() -> bool {
   let cells : vec3<i32> = vec3<i32>(nif_voxels << vec3<u32>(nif_levels));
   let at : vec3<i32> = clamp(vec3<i32>(select(nif_cell.x, -1 - nif_cell.x, nif_down.x), select(nif_cell.y, -1 - nif_cell.y, nif_down.y), select(nif_cell.z, -1 - nif_cell.z, nif_down.z)), vec3<i32>(0), cells - 1);
   let voxel : vec3<u32> = vec3<u32>(at) >> vec3<u32>(nif_levels);
-  var word : u32 = nif_table(13u, voxel.x + nif_voxels.x * (voxel.y + nif_voxels.y * voxel.z));
+  var word : u32 = nif_word(nif_voxel_words + voxel.x + nif_voxels.x * (voxel.y + nif_voxels.y * voxel.z));
   var level : u32 = nif_levels;
   for (; level > 0u && (word & 15u) == 15u; ) {
     level--;
@@ -405,7 +411,7 @@ fn nif_next() -> bool {
     let child : u32 = upper.x | (upper.y << 1) | (upper.z << 2);
     let mask : u32 = (word >> 4) & 255u;
     if (((mask >> child) & 1u) != 0u) {
-      word = nif_table(14u, (word >> 12) + u32(countOneBits(mask & ((1u << child) - 1u))));
+      word = nif_word(nif_children + (word >> 12) + u32(countOneBits(mask & ((1u << child) - 1u))));
     } else {
       word = 14u;  // no triangle, and nothing is known of its side
     }
@@ -442,32 +448,34 @@ fn nif_next() -> bool {
   }
 
   // The cell behind it. Along each axis its number is estimated from below, by at most 1 too little, and corrected
-  // by a crossing; those of lower axes at the same t come first. Far away each plane is tested.
+  // by a crossing; those of lower axes at the same t come first. Far away each plane is tested. One loop for all, whose end no
+  // compiler knows: they would unroll it, and drivers that run several rays together would do all of it for each.
   let by_0 : bool = leaving.x == t;
   let by_1 : bool = leaving.y == t;
   let moved : vec3<f32> = nif_direction * t;
   let reached : vec3<f32> = nif_origin + moved;
-  for (var a : i32 = 0; a < 3; a++) {
-    let later : bool = (a > 0 && by_0) || (a > 1 && by_1);
-    let upward : f32 = select(reached[a], -reached[a], nif_down[a]);
-    let lowered : f32 = upward - 0.03125;
-    var cell : i32 = nif_cell[a];
-    if (nif_near) {
-      cell = max(i32(clamp(floor(lowered), -1025.0, 1025.0)), cell);
+  var cell : vec3<i32> = nif_cell;
+  if (nif_near) {
+    for (var a : i32 = 0; a < 3; a++) {
+      let upward : f32 = select(reached[a], -reached[a], nif_down[a]);
+      let lowered : f32 = upward - 0.03125;
+      cell[a] = max(i32(clamp(floor(lowered), -1025.0, 1025.0)), cell[a]);
     }
-    for (var k : i32 = 0; k < 16; k++) {
-      let next : i32 = cell + 1;
+  }
+  var passes : vec3<bool> = vec3<bool>(true);
+  for (var k : i32 = 0; k < size && (passes.x || passes.y || passes.z); k++) {
+    for (var a : i32 = 0; a < 3; a++) {
+      let later : bool = (a > 0 && by_0) || (a > 1 && by_1);
+      let next : i32 = cell[a] + 1;
       let plane : f32 = f32(select(next, -next, nif_down[a]));
       let distance : f32 = plane - nif_origin[a];
       let crossing : f32 = distance * nif_inverse[a];
-      let crossed : bool = !nif_flat[a] && (crossing < t || (crossing == t && !later));
-      cell = select(cell, next, crossed);
-      if (nif_near || !crossed || (cell & (size - 1)) == 0) {
-        break;
-      }
+      let crossed : bool = passes[a] && !nif_flat[a] && (crossing < t || (crossing == t && !later));
+      cell[a] = select(cell[a], next, crossed);
+      passes[a] = crossed && !nif_near && (next & (size - 1)) != 0;
     }
-    nif_cell[a] = cell;
   }
+  nif_cell = cell;
   return true;
 }
 

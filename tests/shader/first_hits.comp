@@ -25,6 +25,9 @@ void main() {
 #ifdef NIF_TEST_SCENE
   NifHit hit = nif_first_hit_scene(object, start.xyz, way.xyz, start.w, way.w, mask);
 #else
+  if (mask == 0u) {
+    return;
+  }
   NifHit hit = nif_first_hit(object, start.xyz, way.xyz, start.w, way.w);
 #endif
   hits[3u * i] = uvec4(hit.hit ? 1u : 0u, hit.certain ? 1u : 0u, hit.triangle, hit.instance);

@@ -241,7 +241,7 @@ TEST_F(ShaderAnswers, LeaveOpenWhatAreNoTables) {
   }
 }
 
-#ifdef NIF_HAS_HLSL
+#ifdef NIF_HAS_SPIRV_CROSS
 TEST_F(ShaderAnswers, ByWayOfHlslAreTheCpus) {
   for (const uint64_t seed : {1, 2, 3}) {
     const RaysOfObject all(device_, seed);

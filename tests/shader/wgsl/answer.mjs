@@ -3,15 +3,16 @@
 //   node answer.mjs NIF.wgsl FILE.case    with Dawn, from npm's webgpu
 //   deno run -A answer.mjs NIF.wgsl FILE.case    with wgpu and naga
 //
-// Prints one line: the case, its rays, those whose visibility differs, those that the shader calls certain, those whose logit
-// differs, and the device. Ends with 1 and a sentence if there is no device, or the text does not compile.
+// Where a case has triangles, the text is asked with proofs, as GLSL has them: rounding decides some of these rays, and the text
+// must know which. Prints one line: "triangles" or "planes", the case, its rays, those whose visibility or first hit differs, those
+// that the shader calls certain, those of them that differ, those whose logit differs, and the device. Ends with 1 and a sentence if there is no device, or the text does not compile.
 import { readFileSync } from 'node:fs';
 import { basename } from 'node:path';
 import process from 'node:process';
 
 const kMain = `
 @group(0) @binding(1) var<storage, read> rays : array<vec4<f32>>;
-@group(0) @binding(2) var<storage, read_write> answers : array<vec2<u32>>;
+@group(0) @binding(2) var<storage, read_write> answers : array<vec4<u32>>;
 @compute @workgroup_size(64) fn main(@builtin(global_invocation_id) id : vec3<u32>) {
   let i = id.x;
   if (i >= arrayLength(&answers)) {
@@ -20,11 +21,17 @@ const kMain = `
   let start = rays[2u * i];
   let way = rays[2u * i + 1u];
   let answer = QUERY;
-  answers[i] = vec2<u32>(select(0u, 1u, answer.visible) | select(0u, 2u, answer.certain), bitcast<u32>(answer.logit));
+  answers[i] = vec4<u32>(FOUND);
 }`;
+// By what is asked for, and whether it is a scene.
 const kQueries = [
-  'nif_query(0u, start.xyz, way.xyz, start.w, way.w)',
-  'nif_query_scene(0u, start.xyz, way.xyz, start.w, way.w, 0xffffffffu)',
+  ['nif_query(0u, start.xyz, way.xyz, start.w, way.w)', 'nif_query_scene(0u, start.xyz, way.xyz, start.w, way.w, 0xffffffffu)'],
+  ['nif_first_hit(0u, start.xyz, way.xyz, start.w, way.w)',
+    'nif_first_hit_scene(0u, start.xyz, way.xyz, start.w, way.w, 0xffffffffu)'],
+];
+const kFound = [
+  'select(0u, 1u, answer.visible), select(0u, 1u, answer.certain), bitcast<u32>(answer.logit), 0u',
+  'select(0u, 1u, answer.hit), select(0u, 1u, answer.certain), answer.triangle, bitcast<u32>(answer.t)',
 ];
 
 async function openDevice() {
@@ -50,15 +57,17 @@ function networkWords(words) {
 async function main([textFile, caseFile]) {
   const bytes = readFileSync(caseFile);
   const all = new Uint32Array(bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.byteLength));
-  const [magic, scene, wordCount, count] = all;
-  if (magic !== 0x4353494e || all.length !== 8 + wordCount + 10 * count) throw new Error(`${caseFile} is not a case`);
+  const [magic, scene, wordCount, count, triangles, hits] = all;
+  if (magic !== 0x4353494e || all.length !== 8 + wordCount + 11 * count) throw new Error(`${caseFile} is not a case`);
   const words = all.subarray(8, 8 + wordCount), rays = all.subarray(8 + wordCount, 8 + wordCount + 8 * count);
   const expected = all.subarray(8 + wordCount + 8 * count);
   const text = readFileSync(textFile, 'utf8');
   const room = 'const NIF_NETWORK_WORDS : u32 = 12u;';
   if (!text.includes(room)) throw new Error(`${textFile} has no line '${room}'`);
   const enough = `const NIF_NETWORK_WORDS : u32 = ${Math.max(12, networkWords(words))}u;`;
-  const code = text.replace(room, enough) + kMain.replace('QUERY', kQueries[scene]);
+  const proves = 'NIF_PROVES : bool = ', own = `${proves}false;`;
+  const main = kMain.replace('QUERY', kQueries[hits][scene]).replace('FOUND', kFound[hits]);
+  const code = text.replace(room, enough).replace(own, triangles ? `${proves}true;` : own) + main;
 
   const { device, name } = await openDevice();
   const module = device.createShaderModule({ code });
@@ -71,7 +80,7 @@ async function main([textFile, caseFile]) {
     device.queue.writeBuffer(buffer, 0, data);
     return buffer;
   };
-  const size = 8 * count;
+  const size = 16 * count;
   const output = device.createBuffer({ size, usage: GPUBufferUsage.STORAGE | GPUBufferUsage.COPY_SRC });
   const read = device.createBuffer({ size, usage: GPUBufferUsage.MAP_READ | GPUBufferUsage.COPY_DST });
   const entries = [input(words), input(rays), output].map((buffer, binding) => ({ binding, resource: { buffer } }));
@@ -87,13 +96,19 @@ async function main([textFile, caseFile]) {
   const error = await device.popErrorScope();
   if (error) throw new Error(error.message);
 
-  let visible = 0, certain = 0, logit = 0;
+  const t = [new Float32Array(expected.buffer, expected.byteOffset, expected.length), new Float32Array(answers.buffer)];
+  let differs = 0, certain = 0, wrong = 0, logit = 0;
   for (let i = 0; i < count; ++i) {
-    visible += (answers[2 * i] ^ expected[2 * i]) & 1;
-    certain += answers[2 * i] >> 1;
-    logit += answers[2 * i + 1] !== expected[2 * i + 1];
+    const [found, isCertain, number] = answers.subarray(4 * i, 4 * i + 3), cpu = expected.subarray(3 * i, 3 * i + 3);
+    const near = !hits || !found || Math.abs(t[0][3 * i + 2] - t[1][4 * i + 3]) <= 1e-3 * Math.max(Math.abs(t[0][3 * i + 2]), 1e-3);
+    const other = found !== (cpu[0] & 1) || (hits && found && (number !== cpu[1] || !near));
+    differs += other;
+    certain += isCertain;
+    wrong += isCertain && other;
+    logit += !hits && number !== cpu[1];
   }
-  console.log(`${basename(caseFile, '.case')} ${count} ${visible} ${certain} ${logit} ${name}`);
+  const kind = triangles ? 'triangles' : 'planes';
+  console.log(`${kind} ${basename(caseFile, '.case')} ${count} ${differs} ${certain} ${wrong} ${logit} ${name}`);
 }
 
 try {

@@ -3,9 +3,10 @@
 //
 //   shader_cases FOLDER RAYS    RAYS: of each named set through a baked torus; fewer through other objects
 //
-// A case is one file of 32-bit words: 0x4353494e, 1 if it is a scene, its words, rays, 0, 0, 0, 0; then its words, the rays, 8
-// floats each as in NifRay, and the answers, 2 words each: bit 0 visible, bit 1 certain; the logit. All numbers of rays are
-// finite, because WGSL has neither infinities nor NaN.
+// A case is one file of 32-bit words: 0x4353494e, 1 if it is a scene, its words, rays, 1 if it has triangles, 1 if it asks for
+// first hits, 0, 0; then its words, the rays, 8 floats each as in NifRay, and the answers, 3 words each: bit 0 visible, bit 1
+// certain, the logit, 0; of first hits bit 0 hit, the triangle, t. All numbers of rays are finite, because WGSL has neither
+// infinities nor NaN.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -22,6 +23,7 @@
 #include "tests/runtime/open_answers.hpp"
 #include "tests/support/query_object.hpp"
 #include "tests/support/random_asset.hpp"
+#include "tests/support/test_first_hits.hpp"
 #include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
@@ -32,7 +34,52 @@ class Writer {
   explicit Writer(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
   void write(const std::string& name, const nifkit::Scene& scene, bool is_scene,
-             const std::vector<uint32_t>& words, std::vector<NifRay> rays) const {
+             const std::vector<uint32_t>& words, bool has_triangles, std::vector<NifRay> rays) const {
+    make_finite(rays);
+    std::vector<uint8_t> visible(rays.size()), certain(rays.size());
+    std::vector<int32_t> logits(rays.size());
+    scene.query(nifkit::Rays(rays), nifkit::Answers().visible(visible).certain(certain).logit(logits));
+    std::vector<uint32_t> answers;
+    for (size_t i = 0; i < rays.size(); ++i)
+      answers.insert(answers.end(), {uint32_t(visible[i] | certain[i] << 1), uint32_t(logits[i]), 0u});
+    put(name, {0x4353494e, is_scene, uint32_t(words.size()), uint32_t(rays.size()), has_triangles, 0, 0, 0},
+        words, rays, answers);
+  }
+
+  /// First hits.
+  void write_hits(const std::string& name, const nifkit::Scene& scene, bool is_scene,
+                  const std::vector<uint32_t>& words, std::vector<NifRay> rays) const {
+    make_finite(rays);
+    FirstHits hits(rays.size());
+    const NifRays asked = nifMakeRays(rays.data(), rays.size());
+    const NifHits outputs = hits.outputs();
+    if (nifIntersect(scene.get(), &asked, &outputs) != NIF_OK) throw std::runtime_error(nifGetErrorMessage());
+    std::vector<uint32_t> answers;
+    for (size_t i = 0; i < rays.size(); ++i)
+      answers.insert(answers.end(), {hits.hit[i], hits.triangle[i], std::bit_cast<uint32_t>(hits.t[i])});
+    put(name, {0x4353494e, is_scene, uint32_t(words.size()), uint32_t(rays.size()), 1, 1, 0, 0}, words, rays,
+        answers);
+  }
+
+  /// One object alone, in its own space; if it has triangles, also first hits of some of the rays.
+  void write_object(const std::string& name, const nifkit::Device& device, const nifkit::Asset& asset,
+                    uint32_t object, std::vector<NifRay> rays) const {
+    nifkit::Scene scene(device);
+    scene.add_instance(asset, object);
+    scene.commit();
+    const std::vector<uint32_t> words = asset.shader_tables(object);
+    const bool has_triangles = (words[3] & 4) != 0;
+    if (has_triangles) {
+      const size_t some = std::min(rays.size(), kHits);
+      write_hits("hits-" + name, scene, false, words, {rays.begin(), rays.begin() + ptrdiff_t(some)});
+    }
+    write(name, scene, false, words, has_triangles, std::move(rays));
+  }
+
+ private:
+  static constexpr size_t kHits = 10'000;
+
+  static void make_finite(std::vector<NifRay>& rays) {
     for (NifRay& ray : rays) {  // large, as docs/shaders.md says
       ray.tmin = std::max(ray.tmin, -1e30f);
       ray.tmax = std::min(ray.tmax, 1e30f);
@@ -41,18 +88,13 @@ class Writer {
       const float* const numbers = ray.origin;
       return !std::all_of(numbers, numbers + 8, [](float number) { return std::isfinite(number); });
     });
-    std::vector<uint8_t> visible(rays.size()), certain(rays.size());
-    std::vector<int32_t> logits(rays.size());
-    scene.query(nifkit::Rays(rays), nifkit::Answers().visible(visible).certain(certain).logit(logits));
-    std::vector<uint32_t> file = {0x4353494e, is_scene, uint32_t(words.size()), uint32_t(rays.size()), 0, 0,
-                                  0,          0};
+  }
+  void put(const std::string& name, std::vector<uint32_t> file, const std::vector<uint32_t>& words,
+           const std::vector<NifRay>& rays, const std::vector<uint32_t>& answers) const {
     file.insert(file.end(), words.begin(), words.end());
     for (const NifRay& ray : rays)
       for (size_t i = 0; i < 8; ++i) file.push_back(std::bit_cast<uint32_t>((&ray.origin[0])[i]));
-    for (size_t i = 0; i < rays.size(); ++i) {
-      file.push_back(uint32_t(visible[i] | certain[i] << 1));
-      file.push_back(uint32_t(logits[i]));
-    }
+    file.insert(file.end(), answers.begin(), answers.end());
     const std::filesystem::path path = folder_ / (name + ".case");
     std::ofstream out(path, std::ios::binary);
     out.write(reinterpret_cast<const char*>(file.data()), std::streamsize(4 * file.size()));
@@ -60,16 +102,6 @@ class Writer {
     if (!out) throw std::runtime_error(path.string() + ": cannot be written");
   }
 
-  /// One object alone, in its own space.
-  void write_object(const std::string& name, const nifkit::Device& device, const nifkit::Asset& asset,
-                    uint32_t object, std::vector<NifRay> rays) const {
-    nifkit::Scene scene(device);
-    scene.add_instance(asset, object);
-    scene.commit();
-    write(name, scene, false, asset.shader_tables(object), std::move(rays));
-  }
-
- private:
   std::filesystem::path folder_;
 };
 
@@ -112,9 +144,17 @@ void write_cases(const Writer& writer, size_t count) {
     nifkit::Scene scene(device);
     scene.add_asset(asset);
     scene.commit();
-    writer.write("scene-" + std::to_string(seed), scene, true, scene.shader_tables(),
+    writer.write("scene-" + std::to_string(seed), scene, true, scene.shader_tables(), false,
                  rays_near(view, seed, some));
   }
+  const auto file =
+      format::encode(random_asset(4, {.objects = 0, .instances = 5, .bvhs = 1, .exacts = 1, .sources = 1}));
+  const format::AssetView view = format::read_asset(file, "test");
+  const nifkit::Asset asset = nifkit::Asset::load(device, std::span<const std::byte>(file));
+  nifkit::Scene scene(device);
+  scene.add_asset(asset);
+  scene.commit();
+  writer.write_hits("hits-scene", scene, true, scene.shader_tables(), rays_near(view, 4, some));
   for (const auto& entry : std::filesystem::directory_iterator(NIF_GOLDEN_FOLDER)) {
     std::filesystem::path path = entry.path();
     if (path.extension() != ".nif") continue;
@@ -123,9 +163,8 @@ void write_cases(const Writer& writer, size_t count) {
     std::map<uint32_t, std::vector<NifRay>> of_object;
     for (GoldenAnswer golden; file.read(reinterpret_cast<char*>(&golden), sizeof(golden));)
       of_object[golden.object].push_back(to_nif_ray(golden.ray));
-    // Of triangles, a third of these rays aim at corners, where rounding decides: what a shader says there is not the CPU's.
     for (auto& [object, rays] : of_object)
-      if (has_tables(asset, object) && (asset.shader_tables(object)[3] & 4) == 0)
+      if (has_tables(asset, object))
         writer.write_object("golden-" + path.stem().string() + "-" + std::to_string(object), device, asset,
                             object, std::move(rays));
   }
