@@ -312,8 +312,9 @@ def write_plaza(path):
             if (i + k) % 2:
                 tiles.append(box((2 * i + 0.03, -0.1, 2 * k + 0.03), (2 * i + 1.97, 0.015, 2 * k + 1.97)))
     parts.append(("tiles", (0.52, 0.47, 0.4), tiles))
-    parts.append(("steps", (0.6, 0.57, 0.5), [box((-2.6 + 0.4 * k, 0, -2.6 + 0.4 * k), (2.6 - 0.4 * k, 0.16 * (k + 1), 2.6 - 0.4 * k))
-                                               for k in range(5)]))
+    halves = [2.6 - 0.4 * k for k in range(5)]
+    steps = [box((-half, 0, -half), (half, 0.16 * (k + 1), half)) for k, half in enumerate(halves)]
+    parts.append(("steps", (0.6, 0.57, 0.5), steps))
     parts.append(("obelisk", (0.55, 0.25, 0.17), [box((-0.5, 0.8, -0.5), (0.5, 1.5, 0.5)), column(0, 0, 0.34, 1.5, 5.2, 8)]))
     columns, beams = [], []
     count, radius = 15, 10.5
