@@ -156,6 +156,14 @@ void Gpu::check_host_query(const NifDeviceObject& device, const Request& request
   if (code == NIF_ERROR_WRONG_POINTER) throw Failure(code, message.text);
 }
 
+void Gpu::check_host_array(const NifDeviceObject& device, const void* array, const char* name) {
+  if (lost_) return;
+  GpuMessage message;
+  const NifError code = module_.check_host_array(device_, array, name, &message);
+  if (code == NIF_ERROR_DEVICE_LOST) lose(device, message);
+  if (code == NIF_ERROR_WRONG_POINTER) throw Failure(code, message.text);
+}
+
 static_assert(uint32_t(GpuMeasure::single_bvh) == NIF_MEASURE_SINGLE_BVH &&
               kMeasuredStages == NIF_MEASURED_STAGES);
 

@@ -517,9 +517,16 @@ void change_bent(NifSceneObject& scene, uint32_t instance, const Change& change)
   scene.committed = false;
 }
 
+/// Refuses memory of a GPU, which the CPU would read.
+void check_host_array(NifSceneObject& scene, const void* array, const char* name) {
+  const NifDeviceObject& device = *scene.device.get();
+  if (device.gpu) scene.device->gpu->check_host_array(device, array, name);
+}
+
 }  // namespace
 
 void set_vertices(NifSceneObject& scene, uint32_t instance, const float* positions, uint64_t stride) {
+  check_host_array(scene, positions, "positions");
   change_bent(scene, instance, [&](BentObject& bent) {
     if (positions != nullptr)
       bent.set_vertices(positions, stride);
@@ -529,6 +536,8 @@ void set_vertices(NifSceneObject& scene, uint32_t instance, const float* positio
 }
 
 void pose(NifSceneObject& scene, uint32_t instance, const NifPose& pose) {
+  check_host_array(scene, pose.joints, "joints");
+  check_host_array(scene, pose.weights, "weights");
   change_bent(scene, instance, [&](BentObject& bent) { bent.pose(pose); });
 }
 
