@@ -453,7 +453,8 @@ BentObject& bend(NifSceneObject& scene, uint32_t instance) {
   if (bending_vertices(asset->view, number) == 0)
     throw Failure(NIF_ERROR_INVALID_OPERATION,
                   "instance " + std::to_string(instance) + " cannot bend: its object '" +
-                      std::string(scene.objects[source].view->name) + "' was not baked with --deforms");
+                      std::string(scene.objects[source].view->name) +
+                      (scene.objects[source].view->holes ? "' has holes" : "' was not baked with --deforms"));
   auto* memory = scene.device->memory();
   // Of a removed instance that is free again after a commit, or a new one.
   const auto is_free = [](const BentInstance& bent) { return !bent.own; };
