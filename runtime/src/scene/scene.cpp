@@ -465,9 +465,12 @@ BentObject& bend(NifSceneObject& scene, uint32_t instance) {
     make_room(scene.bent, 1);
     make_room(scene.objects, 1);
   }
+  const BentObject* like = nullptr;
+  for (size_t i = scene.bent.size(); i-- > 0 && like == nullptr;)
+    if (scene.bent[i].source == source) like = scene.bent[i].own;
   BentObject* const own =
       create<BentObject>(memory, asset->bending(number), scene.device->configuration.kernels,
-                         scene.device->gpu.has_value(), asset->copies, memory);
+                         scene.device->gpu.has_value(), asset->copies, like, memory);
   // Nothing fails from here on.
   if (fresh) {
     scene.bent.push_back({nullptr, kernels::kNoInstance, uint32_t(scene.objects.size()), source});
