@@ -32,7 +32,7 @@ struct MergeOptions {
 /// Why an instance stays.
 enum class Stays : uint8_t {
   not_named,
-  moves,  ///< and nothing else moves with it
+  moves,    ///< and nothing else moves with it
   deforms,  ///< by a skin or morph targets; with MergeOptions::skins, nothing else has its skin, or it has targets or holes
   flattened,    ///< its transform has no inverse
   too_far,      ///< too far from the origin for its size: single precision would be visible in its positions
