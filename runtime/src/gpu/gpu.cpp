@@ -95,6 +95,10 @@ void Gpu::upload(NifSceneObject& scene) {
   for (const BentInstance& one : scene.bent) {
     if (one.instance == kernels::kNoInstance) continue;  // no instance names it
     const PlacedObject& object = scene.objects[one.object];
+    if (one.own->current_on_gpu) {
+      objects[one.object] = {one.own->on_gpu, 0, object.number};
+      continue;
+    }
     const kernels::AnyField field(*object.bent);
     GpuMessage message;
     GpuAsset* moved = nullptr;
@@ -103,6 +107,7 @@ void Gpu::upload(NifSceneObject& scene) {
           module_.upload_asset(device_, &field, &object.details, 1, &moved, &bytes, &message), message);
     if (one.own->on_gpu) bent.old.push_back(one.own->on_gpu);
     one.own->on_gpu = moved;
+    one.own->current_on_gpu = true;
     objects[one.object] = {moved, 0, object.number};
   }
   const std::span<const Node> nodes = scene.hierarchy.nodes();

@@ -303,6 +303,7 @@ void BentObject::refit() {
       {field_, box, reinterpret_cast<const float(*)[4]>(positions_.data()), shared_->corners(posed_)});
   changed_ = false;
   refitted_ = true;
+  current_on_gpu = false;
 }
 
 size_t BentObject::bytes() const {

@@ -104,7 +104,8 @@ class BentObject {
   void forget_refit() { refitted_ = false; }
   size_t bytes() const;
 
-  GpuAsset* on_gpu = nullptr;  ///< the runtime's GPU frees it
+  GpuAsset* on_gpu = nullptr;   ///< the runtime's GPU frees it
+  bool current_on_gpu = false;  ///< copied since the last refit()
 
  private:
   void move_by_skin();
