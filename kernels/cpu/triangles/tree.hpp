@@ -72,9 +72,11 @@ inline void describe_root(BvhTree& tree) {
 /// Decodes the field if `options` allow it. `holes`: null if the triangles have none.
 inline BvhTree tree_of(const TrianglesField& field, [[maybe_unused]] const KernelOptions& options,
                        [[maybe_unused]] const HolesField* holes = nullptr) {
+#ifndef NIF_DECODES
+  BvhTree tree{field, {}, field.extent};
+#else
   // Vectors that are assigned keep the memory in which they were made.
   BvhTree tree = empty_tree(field, options.memory);
-#ifdef NIF_DECODES
   if (least_decoded_bytes(field.triangle_count) <= options.most_decoded) {
     std::optional<BlockingBoxes> boxes;
     if (holes != nullptr) boxes.emplace(*holes, options.copies, options.memory);

@@ -108,7 +108,7 @@ KernelPointer make_moving_kernel(const kernels::TrianglesField& field, const Ker
 KernelPointer copy_moving_kernel([[maybe_unused]] const kernels::ObjectKernel& kernel,
                                  const kernels::TrianglesField& field, const KernelChoice& choice,
                                  std::pmr::memory_resource* memory, SharedCopies& copies) {
-#ifdef NIF_HAS_SIMD
+#if defined(NIF_HAS_SIMD) && !defined(NIF_WITHOUT_BENDING)
   if (choice.isa != Isa::scalar) return kernels::cpu::copy_kernel(kernel, memory);
 #endif
   return make_moving_kernel(field, choice, memory, copies);
