@@ -164,7 +164,8 @@ PreparedScene prepare(const mesh::Scene& scene, bool strict, bool deforms) {
       if (deforms && (mesh.skin || !any_skin)) {
         object.bends = !object.has_holes();
         if (!object.bends)
-          prepared.notes.push_back(fmt::format("'{}' has holes, so it does not bend", mesh.name));
+          prepared.notes.push_back(
+              fmt::format("'{}' has holes, so it does not bend; --ignore-alpha makes it solid", mesh.name));
       }
       if (const std::string changes = changes_of(object); !changes.empty())
         prepared.notes.push_back(fmt::format("'{}': {}", mesh.name, changes));

@@ -40,6 +40,11 @@ for turn in $(seq "$rounds"); do
   done
 done
 
+# The sample, which prints times and bytes of a frame.
+for cast in knight figure; do
+  samples/characters/run.sh "$cast" --every 60 | sed '/^Pictures: /d' >"$out/sample-$cast.txt"
+done
+
 # The knight walks through the town, at four moments of a step.
 "$nif" bake "$games/town/town_model.gltf" -o "$out/town.nif" --rays 0 --quiet
 {

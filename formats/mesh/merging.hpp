@@ -23,7 +23,7 @@ struct MergeOptions {
   std::optional<uint64_t> added_triangles;
   uint64_t part_triangles = 0;    ///< meshes with at least this many are not copied
   uint64_t object_triangles = 0;  ///< limit for one merged mesh
-  /// Also what the joints of one skin move, of a scene that was read with ReadLimits::skins. What has morph targets stays.
+  /// Also what the joints of one skin move, of a scene that was read with ReadLimits::skins. What has morph targets or holes stays.
   bool skins = false;
   /// With `skins`, also what a joint carries and does not move against it.
   bool carried = false;
@@ -32,8 +32,8 @@ struct MergeOptions {
 /// Why an instance stays.
 enum class Stays : uint8_t {
   not_named,
-  moves,  ///< and nothing else moves with it
-  deforms,  ///< by a skin or morph targets; with MergeOptions::skins, nothing else has its skin, or it has targets
+  moves,    ///< and nothing else moves with it
+  deforms,  ///< by a skin or morph targets; with MergeOptions::skins, nothing else has its skin, or it has targets or holes
   flattened,    ///< its transform has no inverse
   too_far,      ///< too far from the origin for its size: single precision would be visible in its positions
   too_large,    ///< its mesh has MergeOptions::object_triangles or more

@@ -27,6 +27,8 @@ class SimdKernel final : public ObjectKernel {
   template <class Pack>
   SimdKernel(const SimdFunctions<Packed>& functions, const Pack& pack)
       : functions_(functions), packed_(pack()) {}
+  const SimdFunctions<Packed>& functions() const { return functions_; }
+  const Packed& packed() const { return packed_; }
 
   void answer(const SegmentBatch& batch, AnswerBatch& answers, void* scratch) const override {
     functions_.answer(packed_, batch, answers, scratch);

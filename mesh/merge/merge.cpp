@@ -212,10 +212,11 @@ class Merger {
     return rigid;
   }
 
-  /// Whether the instance may merge with others of its skin.
+  /// Whether the instance may merge with others of its skin. With holes the whole would not bend (bake::prepare_objects()).
   bool joins_by_skin(const Instance& instance) const {
-    const Skin* skin = scene_.meshes[instance.mesh].skin.get();
-    return options_.skins && skin && skin->influences > 0 && skin->targets.empty();
+    const mesh::Mesh& mesh = scene_.meshes[instance.mesh];
+    return options_.skins && mesh.skin && mesh.skin->influences > 0 && mesh.skin->targets.empty() &&
+           mesh.holes.empty();
   }
 
   /// Collects what bends, by skin and place. Sets places.
@@ -265,7 +266,6 @@ class Merger {
     }
     for (const uint32_t i : rigid) {
       const Instance& instance = scene_.instances[i];
-      // With holes the whole would not bend (bake::prepare_objects()).
       const bool copied = placed_[firsts_[instance.mesh]] > 1;
       if ((copied && weight(i) >= options_.part_triangles) || !scene_.meshes[instance.mesh].holes.empty())
         continue;

@@ -129,6 +129,7 @@ void find_hits(GpuDevice& device, GpuScene& scene, const NifRays& rays, const Ni
 /// Checks the arrays of a query in host memory that the CPU answers. `open` and `hits` may be null.
 void check_for_cpu(GpuDevice& device, const NifRays& rays, const NifAnswers& answers, const NifOpenRays* open,
                    const NifHits* hits);
+void check_for_cpu(GpuDevice& device, const void* array, const char* name);
 /// For a query in host memory: answers it on the GPU once and then `rounds` times, without copies in between;
 /// then copies the answers. seconds: [rounds], or [rounds][kMeasuredStages] for the pipeline's stages.
 void time_query(GpuDevice& device, GpuScene& scene, const NifRays& rays, const NifAnswers& answers,

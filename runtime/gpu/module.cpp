@@ -153,6 +153,10 @@ NifError check_host_query(GpuDevice* device, const NifRays* rays, const NifAnswe
   return on_gpu(device, message, [&] { check_for_cpu(*device, *rays, *answers, open, hits); });
 }
 
+NifError check_host_array(GpuDevice* device, const void* array, const char* name, GpuMessage* message) {
+  return on_gpu(device, message, [&] { check_for_cpu(*device, array, name); });
+}
+
 NifError measure_query(GpuDevice* device, GpuScene* scene, const NifRays* rays, const NifAnswers* answers,
                        GpuMeasure measure, uint32_t rounds, double* seconds, GpuMessage* message) {
   return on_gpu(device, message,
@@ -213,6 +217,7 @@ extern "C" NIF_API const nif::runtime::GpuModule* nif_gpu_module(void) {
                                          gpu::query_open,
                                          gpu::intersect,
                                          gpu::check_host_query,
+                                         gpu::check_host_array,
                                          gpu::measure_query,
                                          gpu::start_query,
                                          gpu::wait_job,

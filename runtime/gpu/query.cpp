@@ -426,4 +426,10 @@ void check_for_cpu(GpuDevice& device, const NifRays& rays, const NifAnswers& ans
   if (hits) check_hits(context, rays, *hits);
 }
 
+void check_for_cpu(GpuDevice& device, const void* array, const char* name) {
+  const PointerKind kind = array ? device.context->kind_of(array) : PointerKind::host;
+  if (kind == PointerKind::device || kind == PointerKind::other_device)
+    throw GpuError(NIF_ERROR_WRONG_POINTER, std::string(name) + " is memory of a GPU, but the CPU reads it");
+}
+
 }  // namespace nif::gpu

@@ -8,6 +8,7 @@
 #include "tests/cli/mesh_text.hpp"
 #include "tests/cli/program.hpp"
 #include "tests/support/character.hpp"
+#include "tests/support/pictures.hpp"
 #include "tests/support/test_shapes.hpp"
 
 namespace nif::test {
@@ -153,6 +154,67 @@ TEST_F(Clips, BadInput) {
                  Status::usage, "--no-merge and --carry-props");
   expect_refused({"bake", mesh_, "-o", path("x.nif"), "--deforms", "--carry-props", "--max-bytes", "9999"},
                  Status::usage, "--carry-props needs --merge");
+}
+
+/// Of three meshes of one skin, one has holes: it stays apart and does not bend, and a note says so. The others do.
+TEST_F(Clips, HolesStayApartAndAreSaid) {
+  Gltf gltf = tube_character(12, 20);
+  json& tube = gltf.json["meshes"][0];
+  tube.erase("weights");
+  tube["primitives"][0].erase("targets");
+  gltf.json["animations"].erase(1);  // moves targets
+  std::vector<float> places;
+  for (int i = 0; i < 12 * 21; ++i) places.insert(places.end(), {float(i % 7) / 7, float(i % 5) / 5});
+  const int coordinates = gltf.accessor(raw(places), 5126, "VEC2", 12 * 21);
+  for (const char* name : {"coat", "hair"}) {
+    json mesh = gltf.json["meshes"][0];
+    mesh["name"] = name;
+    const uint32_t first = name[0] == 'c' ? 24 : 48;
+    json& primitive = mesh["primitives"][0];
+    primitive["indices"] = gltf.indices({first, first + 5, first + 12, first + 1, first + 6, first + 13});
+    if (name[0] == 'h') {
+      primitive["attributes"]["TEXCOORD_0"] = coordinates;
+      primitive["material"] = 0;
+    }
+    const auto number = int(gltf.json["meshes"].size());
+    gltf.json["meshes"].push_back(mesh);
+    gltf.json["scenes"][0]["nodes"].push_back(gltf.node({{"mesh", number}, {"skin", 0}, {"name", name}}));
+  }
+  std::vector<std::array<uint8_t, 4>> texels;
+  for (int i = 0; i < 64; ++i) texels.push_back({255, 255, 255, uint8_t(i % 3 ? 255 : 0)});
+  gltf.json["images"] = {{{"bufferView", gltf.view(png(8, 8, texels))}, {"mimeType", "image/png"}}};
+  gltf.json["textures"] = {{{"source", 0}}};
+  gltf.json["materials"] = {{{"name", "hair"},
+                             {"alphaMode", "MASK"},
+                             {"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}}};
+  const std::string mesh = folder_.write("hair.glb", gltf.glb()).string(), asset = path("hair.nif");
+
+  const Outcome baked = nif({"bake", mesh, "-o", asset, "--deforms", "--rays", "0"});
+  ASSERT_EQ(baked.code, 0) << baked.err;
+  EXPECT_NE(baked.err.find("'hair' has holes, so it does not bend; --ignore-alpha makes it solid"),
+            std::string::npos)
+      << baked.err;
+  const auto bending = [&] {
+    std::vector<std::string> names;
+    const json info = parsed({"info", asset, "--json"});
+    for (const json& object : info["objects"])
+      if (object.contains("source_vertices")) names.push_back(object["name"]);
+    return names;
+  };
+  EXPECT_EQ(bending(), std::vector<std::string>{"merged 1"});
+  expect_refused({"bake", mesh, "-o", path("x.nif"), "--deforms", "--rays", "0", "--strict"},
+                 Status::needs_repair, "'hair' has holes, so it does not bend");
+  expect_refused({"eval", asset, "--mesh", mesh, "--clip", "sway", "--frames", "2", "--rays", "500"},
+                 Status::usage, "its object 'hair' has holes, so no clip can pose it");
+
+  // Solid, it is one with the others.
+  ASSERT_EQ(nif({"bake", mesh, "-o", asset, "--deforms", "--rays", "0", "--ignore-alpha"}).code, 0);
+  const json merged = parsed({"info", asset, "--json"})["metadata"]["merge"]["objects"];
+  ASSERT_EQ(merged.size(), 1u);
+  EXPECT_EQ(merged[0]["names"], (json{"tube", "coat", "hair"}));
+  const json judged =
+      parsed({"eval", asset, "--mesh", mesh, "--clip", "sway", "--frames", "2", "--rays", "500", "--json"});
+  for (const auto& set : judged["sets"].items()) EXPECT_EQ(set.value()["certain_wrong"], 0) << set.key();
 }
 
 }  // namespace

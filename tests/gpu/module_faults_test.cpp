@@ -452,6 +452,56 @@ TEST_F(GpuFaults, WrongPointersForTheCpu) {
   expect_all(NIF_OK, "");
 }
 
+/// Poses are read by the CPU.
+TEST_F(GpuFaults, PosesInDeviceMemory) {
+  TwinScenes twins(config());
+  format::Asset bending = random_asset(21, {.objects = 0, .bvhs = 1, .skins = 1});
+  Random random(22);
+  const format::Skin skin = random_skin(random, bending.objects[0].skin->vertex_count, 4, 2);
+  bending.objects[0].skin = skin;
+  const uint32_t asset = twins.load(bending);
+  for (uint32_t i = 0; i < 2; ++i) twins.add(asset, 0, kIdentity);
+  std::vector<std::array<float, 3>> positions(skin.vertex_count, {0.5f, 0, 0});
+  std::vector<nifkit::Transform> joints(skin.joint_count,
+                                        nifkit::Transform{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0});
+  std::vector<float> weights(skin.target_count, 0.5f);
+  twins.both([&](nifkit::Scene& scene) { scene.pose_instance(0, joints, weights); });
+  twins.commit();
+  const std::vector<NifRay> rays = some_rays();
+  const Answers posed = query_all(twins.gpu(), rays);
+  for (const uint32_t gpu : {0u, 1u}) {
+    const GpuArray there(machine(), gpu, nullptr, 64 * (positions.size() + joints.size() + weights.size()));
+    auto pose = nifkit::sized<NifPose>();
+    pose.joint_count = skin.joint_count;
+    pose.target_count = skin.target_count;
+    const auto refused = [&](NifError got, const char* says) {
+      EXPECT_EQ(got, NIF_ERROR_WRONG_POINTER);
+      EXPECT_NE(std::string(nifGetErrorMessage()).find(says), std::string::npos) << nifGetErrorMessage();
+    };
+    for (const uint32_t instance : {0u, 1u}) {
+      refused(nifSetInstanceVertices(twins.gpu(), instance, there.as<float>(), 12),
+              "positions is memory of a GPU, but the CPU reads it");
+      pose.joints = there.as<float>();
+      pose.weights = weights.data();
+      refused(nifPoseInstance(twins.gpu(), instance, &pose), "joints is memory of a GPU");
+      pose.joints = joints[0].data();
+      pose.weights = there.as<float>();
+      refused(nifPoseInstance(twins.gpu(), instance, &pose), "weights is memory of a GPU");
+    }
+  }
+  // Nothing has changed, and the scene is still committed.
+  EXPECT_EQ(query_all(twins.gpu(), rays), posed);
+  // A GPU that is lost cannot tell, and the CPU needs none.
+  machine().lost = true;
+  twins.both([&](nifkit::Scene& scene) { scene.set_instance_vertices(0, positions); });
+  ASSERT_EQ(nifCommitScene(twins.cpu()), NIF_OK);
+  EXPECT_EQ(nifCommitScene(twins.gpu()), NIF_ERROR_DEVICE_LOST);
+  twins.both([&](nifkit::Scene& scene) { scene.pose_instance(1, joints, weights); });
+  ASSERT_EQ(nifCommitScene(twins.cpu()), NIF_OK);
+  EXPECT_EQ(nifCommitScene(twins.gpu()), NIF_ERROR_DEVICE_LOST);
+  EXPECT_EQ(query_all(twins.gpu(), rays), query_all(twins.cpu(), rays));
+}
+
 TEST_F(GpuFaults, QueriesOfNothing) {
   TwinScenes twins(config());
   fill(twins);

@@ -280,8 +280,6 @@ TEST_P(GpuInstances, RemovedOnes) {
   EXPECT_EQ(hits_of(expect_twins(twins, rays)), all);
 }
 
-/// Each kind of object, left as the sole instance under a number other than 0: by removal, by flags, by a
-/// mask of 0.
 /// Each commit copies what has bent; what removed instances had goes.
 TEST_P(GpuInstances, ThatBend) {
   TwinScenes twins(config());
@@ -327,6 +325,30 @@ TEST_P(GpuInstances, ThatBend) {
   expect_twins(twins, rays);
 }
 
+/// A commit copies only what has bent since the last one, besides the scene.
+TEST_P(GpuInstances, CommitsCopyWhatHasBent) {
+  TwinScenes twins(config());
+  const uint32_t asset = twins.load(random_asset(21, {.objects = 1, .instances = 0, .bvhs = 1, .skins = 1}));
+  Random random(23);
+  for (uint32_t i = 0; i < 6; ++i) twins.add(asset, 1, random_transform(random, 4));
+  const auto uploads_of = [&](uint32_t bent) {
+    for (uint32_t i = 0; i < bent; ++i)
+      twins.both([&](nifkit::Scene& scene) { scene.set_instance_vertices(i, {}); });
+    twins.move(5, random_transform(random, 4));
+    const uint32_t before = machine().uploads;
+    twins.commit();
+    return machine().uploads - before;
+  };
+  twins.commit();
+  const uint32_t of_a_scene = uploads_of(0);
+  EXPECT_EQ(uploads_of(4), of_a_scene + 4);
+  EXPECT_EQ(uploads_of(0), of_a_scene);
+  EXPECT_EQ(uploads_of(1), of_a_scene + 1);
+  expect_twins(twins, some_rays(24));
+}
+
+/// Each kind of object, left as the sole instance under a number other than 0: by removal, by flags, by a
+/// mask of 0.
 TEST_P(GpuInstances, TheLastOne) {
   const format::Asset asset = random_asset(11, kObjectsOfAllKinds);
   const std::vector<NifRay> rays = some_rays(12, 600);

@@ -1,7 +1,9 @@
 // Instances that bend answer as an object whose mesh is the bent one, bit for bit, with every instruction set.
 #include <cmath>
+#include <memory_resource>
 
 #include "tests/runtime/runtime_first_hits.hpp"
+#include "tests/support/aligned.hpp"
 #include "tests/support/plain_scene.hpp"
 #include "tests/support/random_bvh.hpp"
 
@@ -347,6 +349,43 @@ TEST_P(BendingTogether, AsOneByOne) {
     for (uint32_t i = 0; i < kInstances; ++i) ASSERT_EQ(nifSetInstanceMask(scene, i, 1), NIF_OK);
   }
   EXPECT_GT(met_, 500u);
+}
+
+/// Memory that vectors take if nobody says where from.
+struct NoDefaultMemory {
+  NoDefaultMemory() : before(std::pmr::set_default_resource(std::pmr::null_memory_resource())) {}
+  ~NoDefaultMemory() { std::pmr::set_default_resource(before); }
+  std::pmr::memory_resource* before;
+};
+
+/// With an allocator, what assets and instances that bend have comes from it, and goes back to it.
+TEST_P(BendingTest, AllMemoryIsOfTheAllocator) {
+  make(5, {.objects = 1, .bvhs = 2, .exacts = 1, .cutouts = 1, .skins = 2});
+  uint64_t live = 0;
+  auto callbacks = nifkit::sized<NifDeviceCallbacks>();
+  callbacks.user = &live;
+  callbacks.allocate = [](void* user, uint64_t bytes, uint64_t alignment) -> void* {
+    *static_cast<uint64_t*>(user) += bytes;
+    return allocate_aligned(alignment, bytes);
+  };
+  callbacks.deallocate = [](void* user, void* memory, uint64_t bytes, uint64_t alignment) {
+    *static_cast<uint64_t*>(user) -= bytes;
+    free_aligned(alignment, memory);
+  };
+  {
+    const nifkit::Device device(GetParam(), &callbacks);
+    const NoDefaultMemory none;
+    const nifkit::Asset asset = nifkit::Asset::load(device, std::span<const std::byte>(file_), NIF_LOAD_COPY);
+    nifkit::Scene scene(device);
+    for (uint32_t i = 0; i < 6; ++i) scene.add_instance(asset, 1 + i % 2);
+    scene.commit();
+    const uint64_t before = live, resident = scene.info().resident_bytes;
+    for (uint32_t i = 0; i < 6; ++i) scene.set_instance_vertices(i, {});
+    scene.commit();
+    EXPECT_GE(live - before, scene.info().resident_bytes - resident);
+    EXPECT_TRUE(scene.query(NifRay{{1e6f, 1e6f, 1e6f}, 0, {0, 0, 1}, 1}));
+  }
+  EXPECT_EQ(live, 0u);
 }
 
 TEST_P(BendingTest, BadInput) {

@@ -84,7 +84,11 @@ void pose_instances(NifScene scene, uint32_t first, std::span<const mesh::PosedI
       pose.joint_count = uint32_t(own.joints.size());
       pose.weights = own.weights.data();
       pose.target_count = uint32_t(own.weights.size());
-      check(nifPoseInstance(scene, first + i, &pose));
+      const NifError code = nifPoseInstance(scene, first + i, &pose);
+      // The bake has noted why.
+      if (code == NIF_ERROR_INVALID_OPERATION)
+        throw Error(Status::usage, fmt::format("{}, so no clip can pose it", nifGetErrorMessage()));
+      check(code);
     }
     if (!own.joints.empty()) continue;  // joints move it in the space of its instance
     const bool shown = has_inverse(own.transform);

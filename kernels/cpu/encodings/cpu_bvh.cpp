@@ -71,5 +71,16 @@ KernelPointer make_kernel(const TrianglesField& field, const KernelOptions& opti
       [&] { return tree_of(field, options); });
 }
 
+#ifndef NIF_WITHOUT_BENDING
+KernelPointer copy_kernel(const ObjectKernel& kernel, std::pmr::memory_resource* memory) {
+  const auto& own = static_cast<const SimdKernel<BvhTree>&>(kernel);
+  return hold_kernel<SimdKernel<BvhTree>>(memory, own.functions(), [&] {
+    BvhTree tree = empty_tree(own.packed().field, memory);
+    tree = own.packed();
+    return tree;
+  });
+}
+#endif
+
 }  // namespace nif::kernels::cpu
 #endif

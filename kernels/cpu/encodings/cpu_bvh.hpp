@@ -9,4 +9,8 @@ namespace nif::kernels::cpu {
 /// The field's memory must outlive the kernel.
 KernelPointer make_kernel(const TrianglesField& field, const KernelOptions& options);
 
+/// A copy of a kernel that make_kernel() made of a field of triangles to be moved, without decoding them again. It has to be
+/// moved before it answers.
+KernelPointer copy_kernel(const ObjectKernel& kernel, std::pmr::memory_resource* memory);
+
 }  // namespace nif::kernels::cpu

@@ -26,6 +26,18 @@ struct BvhTree {
   std::pmr::vector<VertexBox> boxes{};                    ///< room for move(): one for each decoded node
 };
 
+/// A tree without anything decoded. What is assigned to its vectors will be in this memory.
+inline BvhTree empty_tree(const TrianglesField& field, std::pmr::memory_resource* memory) {
+  return {.field = field,
+          .decoded = {.nodes = std::pmr::vector<DecodedNode>(memory),
+                      .leaves = std::pmr::vector<DecodedLeaf>(memory),
+                      .large = std::pmr::vector<LargeTriangle>(memory),
+                      .large_boxes = {},
+                      .reach = 0},
+          .reach = field.extent,
+          .boxes = std::pmr::vector<VertexBox>(memory)};
+}
+
 /// Sets what a tree says of its root, and how far it reaches.
 inline void describe_root(BvhTree& tree) {
   const TrianglesField& field = tree.field;
@@ -60,8 +72,11 @@ inline void describe_root(BvhTree& tree) {
 /// Decodes the field if `options` allow it. `holes`: null if the triangles have none.
 inline BvhTree tree_of(const TrianglesField& field, [[maybe_unused]] const KernelOptions& options,
                        [[maybe_unused]] const HolesField* holes = nullptr) {
+#ifndef NIF_DECODES
   BvhTree tree{field, {}, field.extent};
-#ifdef NIF_DECODES
+#else
+  // Vectors that are assigned keep the memory in which they were made.
+  BvhTree tree = empty_tree(field, options.memory);
   if (least_decoded_bytes(field.triangle_count) <= options.most_decoded) {
     std::optional<BlockingBoxes> boxes;
     if (holes != nullptr) boxes.emplace(*holes, options.copies, options.memory);

@@ -462,12 +462,12 @@ NIF_API NifError nifSetInstanceFlags(NifScene scene, uint32_t instance, uint32_t
 NIF_API NifError nifSetInstanceUser(NifScene scene, uint32_t instance, uint64_t user);
 
 /* Gives one instance vertices of its own, in object space, in the order of the source mesh: for each vertex v
- * below NifObjectInfo.vertices, the three floats at (const char*)positions + v * stride. Null: the vertices at
- * rest. They are copied, and take effect at the next commit, which fits the instance's boxes to them. The answers
- * are exact for these positions, as those of its object are at rest. Positions must be finite and at most 2^59;
- * those of vertices that no triangle has are not read. If one is not, the call gives NIF_ERROR_INVALID_ARGUMENT, and
- * the instance keeps the vertices that it had. An object that was not baked with --deforms gives
- * NIF_ERROR_INVALID_OPERATION.
+ * below NifObjectInfo.vertices, the three floats at (const char*)positions + v * stride, in host memory; null: the
+ * vertices at rest. They are copied, and take effect at the next commit, which fits the instance's boxes to them.
+ * Answers are exact for these positions. These must be finite and at most 2^59; those of vertices that no triangle
+ * has are not read. If one is not, the call gives NIF_ERROR_INVALID_ARGUMENT, and the instance keeps the vertices that
+ * it had. Memory of a GPU gives NIF_ERROR_WRONG_POINTER on a device with a GPU, and an object that was not baked with
+ * --deforms NIF_ERROR_INVALID_OPERATION.
  *
  * The first such call for an instance allocates its tree: about 100 bytes a triangle. Later ones, and the
  * commits after them, allocate nothing, unless the hierarchy is rebuilt (nifCommitScene) or a GPU gets a copy. */

@@ -95,6 +95,10 @@ void Gpu::upload(NifSceneObject& scene) {
   for (const BentInstance& one : scene.bent) {
     if (one.instance == kernels::kNoInstance) continue;  // no instance names it
     const PlacedObject& object = scene.objects[one.object];
+    if (one.own->current_on_gpu) {
+      objects[one.object] = {one.own->on_gpu, 0, object.number};
+      continue;
+    }
     const kernels::AnyField field(*object.bent);
     GpuMessage message;
     GpuAsset* moved = nullptr;
@@ -103,6 +107,7 @@ void Gpu::upload(NifSceneObject& scene) {
           module_.upload_asset(device_, &field, &object.details, 1, &moved, &bytes, &message), message);
     if (one.own->on_gpu) bent.old.push_back(one.own->on_gpu);
     one.own->on_gpu = moved;
+    one.own->current_on_gpu = true;
     objects[one.object] = {moved, 0, object.number};
   }
   const std::span<const Node> nodes = scene.hierarchy.nodes();
@@ -153,6 +158,14 @@ void Gpu::check_host_query(const NifDeviceObject& device, const Request& request
                                                  request.hits ? &*request.hits : nullptr, &message);
   if (code == NIF_ERROR_DEVICE_LOST) lose(device, message);
   // The CPU needs no working GPU.
+  if (code == NIF_ERROR_WRONG_POINTER) throw Failure(code, message.text);
+}
+
+void Gpu::check_host_array(const NifDeviceObject& device, const void* array, const char* name) {
+  if (lost_) return;
+  GpuMessage message;
+  const NifError code = module_.check_host_array(device_, array, name, &message);
+  if (code == NIF_ERROR_DEVICE_LOST) lose(device, message);
   if (code == NIF_ERROR_WRONG_POINTER) throw Failure(code, message.text);
 }
 

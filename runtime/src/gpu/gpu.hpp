@@ -49,6 +49,8 @@ class Gpu {
   void intersect(NifSceneObject& scene, const NifRays& rays, const NifHits& hits);
   /// Checks the arrays of a query in host memory that the CPU answers; if the GPU is lost, nothing.
   void check_host_query(const NifDeviceObject& device, const Request& request);
+  /// Checks an array that the CPU reads and that may be null, likewise. `name`: of the array, for the message.
+  void check_host_array(const NifDeviceObject& device, const void* array, const char* name);
   void measure(NifSceneObject& scene, const NifRays& rays, const NifAnswers& answers, GpuMeasure measure,
                uint32_t rounds, double* seconds);
 

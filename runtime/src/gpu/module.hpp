@@ -17,7 +17,7 @@
 namespace nif::runtime {
 
 /// Increase it whenever this interface changes.
-inline constexpr uint32_t kGpuModuleVersion = 7;
+inline constexpr uint32_t kGpuModuleVersion = 8;
 /// The module's only symbol: const GpuModule* nif_gpu_module(void).
 inline constexpr const char* kGpuModuleSymbol = "nif_gpu_module";
 
@@ -126,6 +126,8 @@ struct GpuModule {
   /// a GPU alone. `open` and `hits` may be null.
   NifError (*check_host_query)(GpuDevice* device, const NifRays* rays, const NifAnswers* answers,
                                const NifOpenRays* open, const NifHits* hits, GpuMessage* message);
+  /// Checks an array that the CPU reads, and that may be null. `name`: of the array, for the message.
+  NifError (*check_host_array)(GpuDevice* device, const void* array, const char* name, GpuMessage* message);
   /// Copies a query in host memory to the device, answers it once and then `rounds` times, and measures how
   /// long each round took on the device: seconds[rounds], or [rounds][kMeasuredStages] for stages.
   NifError (*measure_query)(GpuDevice* device, GpuScene* scene, const NifRays* rays,

@@ -171,7 +171,7 @@ void BendingObject::number_vertices(const kernels::SourceTriangles& numbers) {
 }
 
 BentObject::BentObject(const BendingObject& shared, const KernelChoice& choice, bool nodes,
-                       SharedCopies& copies, std::pmr::memory_resource* memory)
+                       SharedCopies& copies, const BentObject* like, std::pmr::memory_resource* memory)
     : shared_(&shared),
       positions_(shared.sources().size(), Vertex{}, memory),
       joints_(shared.skin() ? shared.skin()->joint_count : 0, kernels::JointMatrix{}, memory),
@@ -180,7 +180,8 @@ BentObject::BentObject(const BendingObject& shared, const KernelChoice& choice, 
       vertices_(memory),
       boxes_(memory),
       field_(shared.field()),
-      kernel_(make_moving_kernel(shared.field(), choice, memory, copies)) {
+      kernel_(like ? copy_moving_kernel(*like->kernel_, shared.field(), choice, memory, copies)
+                   : make_moving_kernel(shared.field(), choice, memory, copies)) {
   if (nodes || kernel_->reads_nodes()) {
     nodes_.assign(field_.nodes, field_.nodes + field_.node_count);
     // A vertex is loaded with the word before it.
@@ -302,6 +303,7 @@ void BentObject::refit() {
       {field_, box, reinterpret_cast<const float(*)[4]>(positions_.data()), shared_->corners(posed_)});
   changed_ = false;
   refitted_ = true;
+  current_on_gpu = false;
 }
 
 size_t BentObject::bytes() const {

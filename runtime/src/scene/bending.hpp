@@ -82,9 +82,10 @@ class BendingObject {
 
 class BentObject {
  public:
-  /// At rest. `shared` must outlive it. `nodes`: keeps nodes and vertices as in a file up to date, for a GPU.
+  /// At rest. `shared` must outlive it. `like`: another one with the same first four arguments, which makes this faster;
+  /// or null. `nodes`: keeps nodes and vertices as in a file up to date, for a GPU.
   BentObject(const BendingObject& shared, const KernelChoice& choice, bool nodes, SharedCopies& copies,
-             std::pmr::memory_resource* memory);
+             const BentObject* like, std::pmr::memory_resource* memory);
 
   const BendingObject& shared() const { return *shared_; }
   const kernels::ObjectKernel* kernel() const { return kernel_.get(); }
@@ -103,7 +104,8 @@ class BentObject {
   void forget_refit() { refitted_ = false; }
   size_t bytes() const;
 
-  GpuAsset* on_gpu = nullptr;  ///< the runtime's GPU frees it
+  GpuAsset* on_gpu = nullptr;   ///< the runtime's GPU frees it
+  bool current_on_gpu = false;  ///< copied since the last refit()
 
  private:
   void move_by_skin();

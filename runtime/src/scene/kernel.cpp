@@ -105,4 +105,13 @@ KernelPointer make_moving_kernel(const kernels::TrianglesField& field, const Ker
 #endif
 }
 
+KernelPointer copy_moving_kernel([[maybe_unused]] const kernels::ObjectKernel& kernel,
+                                 const kernels::TrianglesField& field, const KernelChoice& choice,
+                                 std::pmr::memory_resource* memory, SharedCopies& copies) {
+#if defined(NIF_HAS_SIMD) && !defined(NIF_WITHOUT_BENDING)
+  if (choice.isa != Isa::scalar) return kernels::cpu::copy_kernel(kernel, memory);
+#endif
+  return make_moving_kernel(field, choice, memory, copies);
+}
+
 }  // namespace nif::runtime

@@ -453,7 +453,8 @@ BentObject& bend(NifSceneObject& scene, uint32_t instance) {
   if (bending_vertices(asset->view, number) == 0)
     throw Failure(NIF_ERROR_INVALID_OPERATION,
                   "instance " + std::to_string(instance) + " cannot bend: its object '" +
-                      std::string(scene.objects[source].view->name) + "' was not baked with --deforms");
+                      std::string(scene.objects[source].view->name) +
+                      (scene.objects[source].view->holes ? "' has holes" : "' was not baked with --deforms"));
   auto* memory = scene.device->memory();
   // Of a removed instance that is free again after a commit, or a new one.
   const auto is_free = [](const BentInstance& bent) { return !bent.own; };
@@ -464,9 +465,12 @@ BentObject& bend(NifSceneObject& scene, uint32_t instance) {
     make_room(scene.bent, 1);
     make_room(scene.objects, 1);
   }
+  const BentObject* like = nullptr;
+  for (size_t i = scene.bent.size(); i-- > 0 && like == nullptr;)
+    if (scene.bent[i].source == source) like = scene.bent[i].own;
   BentObject* const own =
       create<BentObject>(memory, asset->bending(number), scene.device->configuration.kernels,
-                         scene.device->gpu.has_value(), asset->copies, memory);
+                         scene.device->gpu.has_value(), asset->copies, like, memory);
   // Nothing fails from here on.
   if (fresh) {
     scene.bent.push_back({nullptr, kernels::kNoInstance, uint32_t(scene.objects.size()), source});
@@ -517,9 +521,16 @@ void change_bent(NifSceneObject& scene, uint32_t instance, const Change& change)
   scene.committed = false;
 }
 
+/// Refuses memory of a GPU, which the CPU would read.
+void check_host_array(NifSceneObject& scene, const void* array, const char* name) {
+  const NifDeviceObject& device = *scene.device.get();
+  if (device.gpu) scene.device->gpu->check_host_array(device, array, name);
+}
+
 }  // namespace
 
 void set_vertices(NifSceneObject& scene, uint32_t instance, const float* positions, uint64_t stride) {
+  check_host_array(scene, positions, "positions");
   change_bent(scene, instance, [&](BentObject& bent) {
     if (positions != nullptr)
       bent.set_vertices(positions, stride);
@@ -529,6 +540,8 @@ void set_vertices(NifSceneObject& scene, uint32_t instance, const float* positio
 }
 
 void pose(NifSceneObject& scene, uint32_t instance, const NifPose& pose) {
+  check_host_array(scene, pose.joints, "joints");
+  check_host_array(scene, pose.weights, "weights");
   change_bent(scene, instance, [&](BentObject& bent) { bent.pose(pose); });
 }
 
