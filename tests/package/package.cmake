@@ -40,8 +40,8 @@ if(STEP STREQUAL "install")
   else()
     file(COPY_FILE ${ASSET} ${asset})
   endif()
-  # The GPU module comes along where there is one.
-  if(EXISTS ${BUILD}/${LIBDIR}/libnif_gpu.so AND NOT EXISTS ${prefix}/${LIBDIR}/libnif_gpu.so)
+  # The GPU module comes along where one is built. A build folder may still have one of an earlier configuration.
+  if(GPU AND NOT EXISTS ${prefix}/${LIBDIR}/libnif_gpu.so)
     message(FATAL_ERROR "the package has no ${LIBDIR}/libnif_gpu.so")
   endif()
   foreach(file LICENSE NOTICE)
