@@ -20,8 +20,9 @@ for scene in "${scenes[@]}"; do
   IFS='|' read -r name file encodings <<<"$scene"
   assets=()
   for encoding in $encodings; do
-    asset=$out/$name-$encoding.nif
-    "$nif" bake "$file" -o "$asset" --ignore-alpha --encoding "$encoding" --preset fast --rays 0 --quiet
+    asset=$out/$name-$encoding.nif preset=()
+    [[ $encoding == bvh ]] || preset=(--preset fast) # a `bvh` has no grid
+    "$nif" bake "$file" -o "$asset" --ignore-alpha --encoding "$encoding" "${preset[@]}" --rays 0 --quiet
     assets+=("$asset")
   done
   "$speed" "$rays" "$rounds" "${assets[@]}" | sed "s/^$name-//; s/^/$name\t/"
