@@ -379,7 +379,7 @@ class FirstTriangle {
     hn::Store(bound, d, state.bound);
     packet.shorten(bound);
   }
-  /// Answers the rays `lanes` of a packet. Not those that meet large triangles only: the tree's boxes are before them.
+  /// Answers the rays `lanes` of a packet. Each has met a slot of the root; `large` has what it met before.
   HWY_NOINLINE PacketWork answer_packet(Packet& packet, uint32_t lanes, const int32_t* root,
                                         const LargeHits& large, PacketState& state,
                                         PacketStack& stack) const {

@@ -71,6 +71,7 @@ constexpr uint32_t kPacketNodeCost = 250, kPacketTriangleCost = 110, kNodeCost =
 /// kind, so many times as many, and so on until a packet pays.
 constexpr uint32_t kVectorsWithout = 4;
 
+/// Which vectors of a batch are tried as packets.
 struct PacketTrials {
   uint32_t vectors_without = 0, next = kVectorsWithout;
   /// Whether to try a vector.
@@ -88,7 +89,7 @@ struct Way {
   uint32_t axis;   ///< the longest of the directions
 };
 
-/// The way of the first ray that is traversed.
+/// The way of the first ray that is traversed, and the others that go it. Rays that meet no slot of the root are not among them.
 HWY_INLINE Way way_of_first(const ReadyRays& ready) {
   const auto way_of = [&](uint32_t lane) {
     const auto signs = __builtin_bit_cast(uint32_t, ready.groups[kReadyGroups - 2][lane][3]);
@@ -164,9 +165,10 @@ struct PacketWork {
   }
 };
 
+/// Nodes that a packet has still to visit, the next one last.
 struct PacketStack {
   Child nodes[kBvhStack + kBvhWidth];
-  uint32_t lanes[kBvhStack + kBvhWidth];  ///< the rays that met its box
+  uint32_t lanes[kBvhStack + kBvhWidth];  ///< the rays that met each one's box, as bits
 };
 
 /// A triangle seen along each of the rays, in their directions.
