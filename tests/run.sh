@@ -3,7 +3,7 @@
 #
 #   tests/run.sh               what guards every change: builds with warnings as errors, checks the style, and runs all tests
 #                              but the long ones. What needs CGAL is left out, and code for GPUs, whose source is checked
-#   tests/run.sh --all         as continuous integration does: also CGAL, long tests, real meshes, all that reads files under the
+#   tests/run.sh --all         as continuous integration does: also CGAL, long tests, real meshes, what reads assets under the
 #                              sanitizers, every fuzzer, code for a GPU, the public headers by themselves, and bindings whose hosts
 #                              are installed
 #   tests/run.sh --nightly [HOURS]   all tests, as users compile the program, with code for every GPU; each source and header by
@@ -160,17 +160,18 @@ build_alone() {
   configure release -B build/alone -DNIF_UNITY=OFF -DNIF_GPU_TARGETS= && cmake --build build/alone --parallel "$jobs"
 }
 
-# asan_tests FOLDER...: parts of the tests, named by folder: their targets are the folder's "all".
-# With --all, CGAL takes too long to compile, and is not ours to check; vectors are those of the best instruction set.
+# asan_tests PRESET FOLDER...: parts of the tests, named by folder: their targets are the folder's "all".
 asan_tests() {
-  local more=(-DNIF_WITH_CGAL=OFF -DNIF_BEST_KERNELS=ON)
-  [[ $size != nightly ]] || more=(-DNIF_WITH_CGAL=ON -DNIF_BEST_KERNELS=OFF)
-  step 'build asan' build_part asan "write_random_asset $(printf 'tests/%s/all ' "$@")" "${more[@]}" || return
-  local folder
+  local preset=$1 folder
+  shift
+  step "build $preset" build_part "$preset" "write_random_asset $(printf 'tests/%s/all ' "$@")" "${asan_options[@]}" || return
   for folder in "$@"; do
-    step "test asan: $folder" run_tests "build/asan/tests/$folder" || true
+    step "test $preset: $folder" run_tests "build/$preset/tests/$folder" || true
   done
 }
+# With --all, CGAL takes too long to compile, and is not ours to check; vectors are those of the best instruction set.
+asan_options=(-DNIF_WITH_CGAL=ON -DNIF_BEST_KERNELS=OFF)
+[[ $size == nightly ]] || asan_options=(-DNIF_WITH_CGAL=OFF -DNIF_BUILD_TOOLS=ON)
 # Threads are the runtime's. The baker's TBB and Embree are not built for the thread sanitizer. Tests that ask about arithmetic and
 # messages, and take longer than all others under it, run with --nightly.
 tsan_tests() {
@@ -179,10 +180,6 @@ tsan_tests() {
   step 'build tsan' build_part tsan 'write_random_asset tests/runtime/all' -DNIF_BUILD_TOOLS=OFF "-DNIF_BEST_KERNELS=$best" \
     || return
   step 'test tsan: runtime' run_tests build/tsan/tests/runtime "${more[@]}" || true
-}
-fuzz_tests() {
-  step 'build fuzz' build_part fuzz 'fuzz_seeds tests/fuzz/all' || return
-  step 'test fuzz' run_tests build/fuzz/tests/fuzz || true
 }
 
 # stress_threads: under the thread sanitizer, for an hour, or for the hours given where that is less.
@@ -239,7 +236,7 @@ if [[ $size == nightly ]]; then
   step 'no memory at every 1,000th allocation' env NIF_EVERY_ALLOCATION=1000 \
     build/release/bin/faults_test '--gtest_filter=NoMemory.*' || true
   step '10^7 segments of each mesh' many_segments || true
-  asan_tests bake cli format golden kernels mesh mesh_verbs render runtime validate || true
+  asan_tests asan bake cli format golden kernels mesh mesh_verbs render runtime validate || true
   step 'the same bytes and bits by other compilers' tests/determinism.sh || true
   host_test 'a release candidate, made twice' tests/release.sh
   host_test 'fuzz in 32 bits' tests/fuzz/bits32/run.sh 100000
@@ -274,8 +271,8 @@ step 'test release' run_tests build/release "${once[@]}" || true
 step 'check kernels for GPUs' check_gpus || true
 [[ $size == all ]] || exit 0
 step 'check public headers' tests/headers.sh --public || true
-asan_tests format golden kernels mesh runtime validate || true
+# Fuzzers have the address sanitizer, too, so one build does for both.
+asan_tests fuzz fuzz format golden kernels runtime validate || true
 tsan_tests || true
-fuzz_tests || true
 host_test 'Python' bindings/python/test.sh
 host_test 'WebAssembly' bindings/web/test/run.sh

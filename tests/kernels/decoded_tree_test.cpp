@@ -52,7 +52,7 @@ std::vector<format::TrianglesData> trees() {
 class Checker {
  public:
   Checker(const TrianglesField& field, const DecodedTree& tree)
-      : field_(field), tree_(tree), seen_(field.triangle_count), corners_(field.triangle_count) {
+      : tree_(tree), seen_(field.triangle_count), corners_(field.triangle_count) {
     for (uint32_t n = 0; n < field.node_count; ++n) {
       const kernels::BvhNode& node = field.nodes[n];
       for (const uint8_t slot : node.slots) {
@@ -137,7 +137,6 @@ class Checker {
     }
   }
 
-  const TrianglesField& field_;
   const DecodedTree& tree_;
   std::vector<uint32_t> seen_;
   std::vector<std::array<const float*, 3>> corners_;

@@ -216,7 +216,7 @@ HWY_INLINE PacketWork traverse_packet(const DecodedTree& tree, Packet& packet, u
     exit[a] = negative ? low : high;
   }
   PacketWork work;
-  int32_t top = -1;
+  uint32_t waiting = 0;  // on the stack
   alignas(64) uint32_t met[kBvhWidth];  // rays by slot
   uint32_t slots = 0;                   // that any ray has met, as bits
   // Looks at the node's leaves, and puts its inner nodes onto the stack.
@@ -228,8 +228,8 @@ HWY_INLINE PacketWork traverse_packet(const DecodedTree& tree, Packet& packet, u
       work.add_leaf(node.children[s], asked);
       lanes &= ~goal.look_at(packet, node.children[s], asked);
     }
-    append_by(met, order, inner, stack.lanes + top + 1);
-    top += int32_t(append_by(node.children, order, inner, stack.nodes + top + 1));
+    append_by(met, order, inner, stack.lanes + waiting);
+    waiting += append_by(node.children, order, inner, stack.nodes + waiting);
   };
   const auto set = [&](uint32_t s, uint32_t rays) HWY_ATTR {
     met[s] = rays;
@@ -239,9 +239,9 @@ HWY_INLINE PacketWork traverse_packet(const DecodedTree& tree, Packet& packet, u
   for (uint32_t s = 0; s < kBvhWidth; ++s)
     set(s, bits_of(hn::Ne(hn::And(of_root, hn::Set(di, int32_t(1u << s))), hn::Zero(di))) & lanes);
   go_on(tree.nodes[0]);
-  while (top >= 0) {
-    const DecodedNode& node = tree.nodes[stack.nodes[top]];
-    const uint32_t active = stack.lanes[top--] & lanes;
+  while (waiting != 0) {
+    const DecodedNode& node = tree.nodes[stack.nodes[--waiting]];
+    const uint32_t active = stack.lanes[waiting] & lanes;
     if (active == 0) continue;
     work.add_node(active);
     const auto* const planes = reinterpret_cast<const char*>(&node);
