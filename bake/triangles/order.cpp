@@ -6,37 +6,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
+
+#include "bake/triangles/binary_tree.hpp"
+#include "formats/mesh/box.hpp"
 
 namespace nif::bake {
 namespace {
 
 using Branch = format::BvhBranch;
-
-struct Box {
-  std::array<double, 3> low, high;
-
-  Box() {
-    low.fill(std::numeric_limits<double>::infinity());
-    high.fill(-std::numeric_limits<double>::infinity());
-  }
-  void include(const Box& other) {
-    for (size_t a = 0; a < 3; ++a) {
-      low[a] = std::min(low[a], other.low[a]);
-      high[a] = std::max(high[a], other.high[a]);
-    }
-  }
-  void include(const mesh::Float3& point) {
-    for (size_t a = 0; a < 3; ++a) {
-      low[a] = std::min(low[a], double(point[a]));
-      high[a] = std::max(high[a], double(point[a]));
-    }
-  }
-  double surface() const {
-    const double x = high[0] - low[0], y = high[1] - low[1], z = high[2] - low[2];
-    return 2 * (x * y + y * z + z * x);
-  }
-};
 
 double area_of(const mesh::Float3& p, const mesh::Float3& q, const mesh::Float3& r) {
   std::array<double, 3> u, v;
@@ -50,9 +27,9 @@ double area_of(const mesh::Float3& p, const mesh::Float3& q, const mesh::Float3&
 
 /// For lines that meet a branch's box, with all positions and directions equally likely.
 struct Estimate {
-  Box box;
-  double blocked = 0;  ///< the share that meets a triangle
-  double cost = 1;     ///< nodes and leaves that they visit, on average
+  mesh::Box box = mesh::bounds(std::span<const mesh::Float3>(), {});  ///< around nothing
+  double blocked = 0;                                                 ///< the share that meets a triangle
+  double cost = 1;  ///< nodes and leaves that they visit, on average
 };
 
 /// At most 1, even if a box is flat or so small that its surface is 0.
@@ -71,11 +48,11 @@ class Sorter {
     double area = 0;
     for (uint32_t i = 0; i < leaf.triangle_count; ++i) {
       const mesh::Triangle& t = triangles_[leaf.triangles[i]];
-      for (const uint32_t v : t) result.box.include(positions_[v]);
+      result.box.add(positions_, t);
       area += area_of(positions_[t[0]], positions_[t[1]], positions_[t[2]]);
     }
     // A line that meets the box meets 2 area / surface triangles on average (Cauchy).
-    result.blocked = share(2 * area, result.box.surface());
+    result.blocked = share(area, half_surface(result.box));
     return result;
   }
 
@@ -89,7 +66,7 @@ class Sorter {
     Estimate result;
     for (uint32_t i = 0; i < node.child_count; ++i) {
       children[i] = {node.children[i], sort(*node.children[i])};
-      result.box.include(children[i].estimate.box);
+      result.box.add(children[i].estimate.box);
     }
     const auto inner =
         std::stable_partition(begin, end, [](const Child& c) { return c.branch->child_count == 0; });
@@ -99,7 +76,7 @@ class Sorter {
     double passed = 1;
     for (uint32_t i = 0; i < node.child_count; ++i) {
       const Estimate& child = children[i].estimate;
-      const double met = share(child.box.surface(), result.box.surface());
+      const double met = share(half_surface(child.box), half_surface(result.box));
       node.children[i] = children[i].branch;
       result.cost += passed * met * child.cost;
       passed *= 1 - met * child.blocked;

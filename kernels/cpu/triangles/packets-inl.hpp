@@ -216,7 +216,7 @@ HWY_INLINE PacketWork traverse_packet(const DecodedTree& tree, Packet& packet, u
     exit[a] = negative ? low : high;
   }
   PacketWork work;
-  uint32_t waiting = 0;  // on the stack
+  uint32_t waiting = 0;                 // on the stack
   alignas(64) uint32_t met[kBvhWidth];  // rays by slot
   uint32_t slots = 0;                   // that any ray has met, as bits
   // Looks at the node's leaves, and puts its inner nodes onto the stack.
