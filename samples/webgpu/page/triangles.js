@@ -1,0 +1,58 @@
+// The same rays answered by the triangles that are drawn, to compare: three-mesh-bvh builds their tree in the page, and generates the
+// WGSL that walks it.
+import {
+  BVHComputeData, bvhNodeBoundsStruct, intersectRayTriangle, rayIntersectionResultStruct, rayStruct, wgslTagFn,
+} from './three-mesh-bvh/webgpu/index.js';
+
+/**
+ * { code, bytes, milliseconds }: code for makeNodes (nodes.js), the bytes of its buffers, and how long building took. A walk ends at
+ * the first triangle that is found: three-mesh-bvh's own raycastFirstHit looks for the nearest, which is more work.
+ */
+export function triangleAnswers(geometry, { maxStorageBufferBindingSize: most }) {
+  const start = performance.now();
+  const data = new BVHComputeData(geometry);
+  data.update();
+  const { index, attributes, nodes, transforms } = data.storage;
+  const sizes = [index, attributes, nodes, transforms].map((buffer) => buffer.value.array.byteLength);
+  if (Math.max(...sizes) > most) throw new Error(`The device allows ${most} bytes in a storage buffer, and the triangles need ${Math.max(...sizes)}`);
+  const walk = data.getShapecastFn({
+    name: 'trianglesHit',
+    shapeStruct: rayStruct,
+    resultStruct: rayIntersectionResultStruct,
+    intersectsBoundsFn: wgslTagFn`
+      fn trianglesMeetBox(ray : ${rayStruct}, bounds : ${bvhNodeBoundsStruct}, result : ptr<function, ${rayIntersectionResultStruct}>) -> u32 {
+        if (result.didHit) {
+          return 0u;
+        }
+        let inverse = 1.0 / ray.direction;
+        let a = (vec3f(bounds.min[0], bounds.min[1], bounds.min[2]) - ray.origin) * inverse;
+        let b = (vec3f(bounds.max[0], bounds.max[1], bounds.max[2]) - ray.origin) * inverse;
+        let near = min(a, b);
+        let far = max(a, b);
+        return select(0u, 1u, max(max(near.x, near.y), max(near.z, 0.0)) <= min(min(far.x, far.y), far.z));
+      }
+    `,
+    intersectRangeFn: wgslTagFn`
+      fn trianglesMeetLeaf(ray : ${rayStruct}, offset : u32, count : u32, result : ptr<function, ${rayIntersectionResultStruct}>) -> bool {
+        for (var i = offset; i < offset + count && !result.didHit; i++) {
+          let a = ${attributes}[${index}[3u * i]].position.xyz;
+          let b = ${attributes}[${index}[3u * i + 1u]].position.xyz;
+          let c = ${attributes}[${index}[3u * i + 2u]].position.xyz;
+          let found = ${intersectRayTriangle}(ray, a, b, c, 0.0);
+          result.didHit = found.didHit;
+        }
+        return result.didHit;
+      }
+    `,
+  });
+  const visible = wgslTagFn`
+    fn nifVisible(origin : vec3f, direction : vec3f) -> bool {
+      var ray : ${rayStruct};
+      ray.origin = origin;
+      ray.direction = direction;
+      var result : ${rayIntersectionResultStruct};
+      return !${walk}(ray, &result);
+    }
+  `;
+  return { code: [visible], bytes: sizes.reduce((sum, size) => sum + size, 0), milliseconds: performance.now() - start };
+}
