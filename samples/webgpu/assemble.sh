@@ -9,19 +9,20 @@ fetch_npm() {
     cp "$1/package.json" "$1/package-lock.json" "$out/npm"
     (cd "$out/npm" && npm ci --silent --ignore-scripts --no-audit --no-fund) >&2 || {
       rm -rf "$out/npm"
-      echo "$1/build.sh: npm could not fetch $(sed -nE '/"dependencies"/,/}/s/^    "([^"]*)".*/\1/p' "$1/package.json" | paste -sd ' ')" >&2
+      echo "$1/build.sh: npm could not fetch what $1/package.json names" >&2
       return 1
     }
   fi
 }
 
-# add_object PAGE ASSET MESH CREDIT: words and text, packed, because not every server packs; triangles; the credit.
+# add_object PAGE ASSET MESH CREDIT: words and text, packed, because not every server packs; triangles; the credit. The text goes
+# without its comments.
 add_object() {
   local page=$1 asset=$2 mesh=$3 credit=$4 triangles ratio
   rm -rf "$out/shader"
   "$nif" export-shader "$asset" -o "$out/shader" --object 0 --quiet
   python3 samples/webgpu/pack.py "$out/shader/$(basename "$asset" .nif).object-0.words" "$page/object.words.gz"
-  gzip -9 -n -c "$out/shader/nif.wgsl" >"$page/nif.wgsl.gz"
+  sed -E 's|[[:space:]]*//.*||; /^$/d' "$out/shader/nif.wgsl" | gzip -9 -n >"$page/nif.wgsl.gz"
   # At most some 100,000 triangles, as a game would draw: they need not be the ones that were baked.
   triangles=$("$nif" info "$asset" --json | sed -nE 's/^ *"triangles": ([0-9]+).*/\1/p' | head -n 1)
   if ((triangles > 120000)); then

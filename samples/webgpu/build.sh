@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Assembles the page in build/samples/webgpu/page: the files of page/, three.js and three-mesh-bvh from npm, the object's words and the
-# shader's text as `nif export-shader` writes them, and triangles to draw.
+# Assembles the page in build/samples/webgpu/page: the files of page/, three.js and three-mesh-bvh from npm, the object's words and
+# the shader's text as `nif export-shader` writes them, and triangles to draw.
 #
 #   samples/webgpu/build.sh ASSET.nif MESH [CREDIT]
 #

@@ -101,8 +101,10 @@ async function main() {
   const view = { distance: (0.42 * diagonal) / Math.sin(Math.atan(half)), around: 25, up: 15 };
   const nearest = 0.2 * view.distance, farthest = 4 * view.distance, sunDirection = new Vec3();
   let wake = () => {};
-  const fromAngles = (around, up) =>
-    new Vec3(Math.cos(up * kDegree) * Math.sin(around * kDegree), Math.sin(up * kDegree), Math.cos(up * kDegree) * Math.cos(around * kDegree));
+  const fromAngles = (around, up) => {
+    const level = Math.cos(up * kDegree);
+    return new Vec3(level * Math.sin(around * kDegree), Math.sin(up * kDegree), level * Math.cos(around * kDegree));
+  };
   function change() {
     camera.setPosition(fromAngles(view.around, view.up).mulScalar(view.distance).add(middle));
     camera.lookAt(middle);
@@ -179,8 +181,7 @@ async function main() {
       asker = await Asker.create(device.wgpu, object);
     } else if (number === 2) {
       const rate = await asker.rate();
-      $('rate').textContent = `${(rate / 1e6).toFixed(1)} million`;
-      document.body.dataset.rate = rate;
+      $('rate').textContent = `${(rate / 1e6).toPrecision(2)} million`;
     }
   }
 }

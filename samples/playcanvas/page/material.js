@@ -1,5 +1,5 @@
 // A .nif object in PlayCanvas: three chunks of its StandardMaterial. Every directional light is shadowed by the asset, and the
-// ambient light, whatever its source, is occluded by it.
+// ambient light, whatever its source, is occluded by it. (Lamps would be shadowed by what is behind them as well.)
 import { BUFFERUSAGE_COPY_DST, SHADERLANGUAGE_WGSL, ShaderChunks, StorageBuffer } from './playcanvas.mjs';
 import { kRays, kVisible } from './rays.js';
 
@@ -11,7 +11,7 @@ uniform nif_skyRays : u32;
 uniform nif_frame : u32;
 `;
 
-// What the engine asks for each directional light. The normal is the surface's, without a normal map.
+// What the engine asks for each light. Rays start along the surface's own normal, which has no normal map.
 const kDiffuse = `
 fn getLightDiffuse(worldNormal : vec3f, viewDir : vec3f, lightDirNorm : vec3f) -> f32 {
   let cosine = dot(worldNormal, -lightDirNorm);

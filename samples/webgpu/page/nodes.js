@@ -1,5 +1,6 @@
 // Rays in three.js: nodes for the materials of WebGPURenderer. The sun's shadow replaces a shadow map, and the sky's occlusion is a
-// material's aoNode. What answers the rays is an object with { code, words }: nodes of WGSL with nifVisible, and a buffer to be bound.
+// material's aoNode. What answers the rays is { code, words }: nodes of WGSL with nifVisible (rays.js), and the buffer that it
+// reads, unless these nodes bind theirs themselves.
 import { StorageBufferAttribute } from './three/three.webgpu.js';
 import {
   Fn, instanceIndex, normalWorldGeometry, positionWorld, screenCoordinate, storage, uniform, wgsl, wgslFn,
@@ -38,10 +39,14 @@ export function makeNodes(answers, { sun, sunRadius, bias, skyRays, frame }) {
   return { shadow: shadow({ ...common, sun, radius: sunRadius }), occlusion: occlusion({ ...common, rays: skyRays }) };
 }
 
-/** Rays (as nif.js' Asker takes them, but from 0 to infinity) answered in a compute pass of three.js; the time without compiling. */
+/**
+ * Answers rays in a compute pass of three.js. Rays and answers are those of nif.js' Asker, but every ray goes from 0 to infinity.
+ * The time is that of a second pass, because the first compiles.
+ */
 export async function answerRays(renderer, answers, rays) {
   const count = rays.length / 8, visible = new StorageBufferAttribute(new Uint32Array(count), 1);
-  const input = storage(new StorageBufferAttribute(rays, 4), 'vec4', 2 * count).toReadOnly(), output = storage(visible, 'uint', count);
+  const input = storage(new StorageBufferAttribute(rays, 4), 'vec4', 2 * count).toReadOnly();
+  const output = storage(visible, 'uint', count);
   const ask = makeFunction(answers, [], 'nifVisibleNode', 'origin : vec3<f32>, direction : vec3<f32>', 'u32',
     'select(0u, 1u, nifVisible(origin, direction))');
   const pass = Fn(() => {

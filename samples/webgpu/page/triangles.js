@@ -1,26 +1,27 @@
-// The same rays answered by the triangles that are drawn, to compare: three-mesh-bvh builds their tree in the page, and generates the
-// WGSL that walks it.
+// The same rays answered by the triangles that are drawn, to compare: three-mesh-bvh builds their tree in the page, and generates
+// the WGSL that walks it.
 import {
   BVHComputeData, bvhNodeBoundsStruct, intersectRayTriangle, rayIntersectionResultStruct, rayStruct, wgslTagFn,
 } from './three-mesh-bvh/webgpu/index.js';
 
 /**
- * { code, bytes, milliseconds }: code for makeNodes (nodes.js), the bytes of its buffers, and how long building took. A walk ends at
- * the first triangle that is found: three-mesh-bvh's own raycastFirstHit looks for the nearest, which is more work.
+ * { code, bytes, milliseconds }: code for makeNodes (nodes.js), the bytes of its buffers, and how long building took. A walk ends
+ * at any triangle: three-mesh-bvh's own raycastFirstHit looks for the nearest, which is more work.
  */
 export function triangleAnswers(geometry, { maxStorageBufferBindingSize: most }) {
   const start = performance.now();
   const data = new BVHComputeData(geometry);
   data.update();
   const { index, attributes, nodes, transforms } = data.storage;
-  const sizes = [index, attributes, nodes, transforms].map((buffer) => buffer.value.array.byteLength);
-  if (Math.max(...sizes) > most) throw new Error(`The device allows ${most} bytes in a storage buffer, and the triangles need ${Math.max(...sizes)}`);
+  const sizes = [index, attributes, nodes, transforms].map((buffer) => buffer.value.array.byteLength), needed = Math.max(...sizes);
+  if (needed > most) throw new Error(`The device allows ${most} bytes in a storage buffer, and the triangles need ${needed}`);
+  const Ray = rayStruct, Hit = rayIntersectionResultStruct;
   const walk = data.getShapecastFn({
     name: 'trianglesHit',
-    shapeStruct: rayStruct,
-    resultStruct: rayIntersectionResultStruct,
+    shapeStruct: Ray,
+    resultStruct: Hit,
     intersectsBoundsFn: wgslTagFn`
-      fn trianglesMeetBox(ray : ${rayStruct}, bounds : ${bvhNodeBoundsStruct}, result : ptr<function, ${rayIntersectionResultStruct}>) -> u32 {
+      fn trianglesMeetBox(ray : ${Ray}, bounds : ${bvhNodeBoundsStruct}, result : ptr<function, ${Hit}>) -> u32 {
         if (result.didHit) {
           return 0u;
         }
@@ -33,7 +34,7 @@ export function triangleAnswers(geometry, { maxStorageBufferBindingSize: most })
       }
     `,
     intersectRangeFn: wgslTagFn`
-      fn trianglesMeetLeaf(ray : ${rayStruct}, offset : u32, count : u32, result : ptr<function, ${rayIntersectionResultStruct}>) -> bool {
+      fn trianglesMeetLeaf(ray : ${Ray}, offset : u32, count : u32, result : ptr<function, ${Hit}>) -> bool {
         for (var i = offset; i < offset + count && !result.didHit; i++) {
           let a = ${attributes}[${index}[3u * i]].position.xyz;
           let b = ${attributes}[${index}[3u * i + 1u]].position.xyz;
@@ -47,10 +48,10 @@ export function triangleAnswers(geometry, { maxStorageBufferBindingSize: most })
   });
   const visible = wgslTagFn`
     fn nifVisible(origin : vec3f, direction : vec3f) -> bool {
-      var ray : ${rayStruct};
+      var ray : ${Ray};
       ray.origin = origin;
       ray.direction = direction;
-      var result : ${rayIntersectionResultStruct};
+      var result : ${Hit};
       return !${walk}(ray, &result);
     }
   `;
