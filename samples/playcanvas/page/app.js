@@ -140,6 +140,7 @@ async function main() {
   $('text').textContent = `${kilobytes(object.text.length)}; ${kilobytes(object.wire.text)} packed`;
   $('wire').textContent = kilobytes(object.wire.words + object.wire.text);
   $('drawn').textContent = (drawn.reduce((sum, { mesh: { primitive } }) => sum + primitive[0].count, 0) / 3).toLocaleString('en');
+  document.body.dataset.loaded = Math.round(performance.now());
   say('');
 
   let asker;

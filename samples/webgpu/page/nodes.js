@@ -5,7 +5,6 @@ import { StorageBufferAttribute } from './three/three.webgpu.js';
 import {
   Fn, instanceIndex, normalWorldGeometry, positionWorld, screenCoordinate, storage, uniform, wgsl, wgslFn,
 } from './three/three.tsl.js';
-import { randomRays } from './nif.js';
 import { kRays, kVisible } from './rays.js';
 
 /** Answers by a .nif object, which is where its asset has it: words are in object space. */
@@ -39,38 +38,38 @@ export function makeNodes(answers, { sun, sunRadius, bias, skyRays, frame }) {
   return { shadow: shadow({ ...common, sun, radius: sunRadius }), occlusion: occlusion({ ...common, rays: skyRays }) };
 }
 
-/**
- * Answers rays in a compute pass of three.js. Rays and answers are those of nif.js' Asker, but every ray goes from 0 to infinity.
- * The time is that of a second pass, because the first compiles.
- */
-export async function answerRays(renderer, answers, rays) {
-  const count = rays.length / 8, visible = new StorageBufferAttribute(new Uint32Array(count), 1);
-  const input = storage(new StorageBufferAttribute(rays, 4), 'vec4', 2 * count).toReadOnly();
-  const output = storage(visible, 'uint', count);
-  const ask = makeFunction(answers, [], 'nifVisibleNode', 'origin : vec3<f32>, direction : vec3<f32>', 'u32',
-    'select(0u, 1u, nifVisible(origin, direction))');
-  const pass = Fn(() => {
-    const origin = input.element(instanceIndex.mul(2)).xyz, direction = input.element(instanceIndex.mul(2).add(1)).xyz;
-    output.element(instanceIndex).assign(ask({ origin, direction }));
-  })().compute(count);
-  const { queue } = renderer.backend.device;
-  let milliseconds;
-  for (let turn = 0; turn < 2; ++turn) {
+/** Rays answered in a compute pass of three.js. They are rays of nif.js' Asker, but every one goes from 0 to infinity. */
+export class RayPass {
+  #renderer;
+  #pass;
+  #visible;
+
+  constructor(renderer, answers, rays) {
+    const count = rays.length / 8;
+    this.#renderer = renderer;
+    this.#visible = new StorageBufferAttribute(new Uint32Array(count), 1);
+    const input = storage(new StorageBufferAttribute(rays, 4), 'vec4', 2 * count).toReadOnly();
+    const output = storage(this.#visible, 'uint', count);
+    const ask = makeFunction(answers, [], 'nifVisibleNode', 'origin : vec3<f32>, direction : vec3<f32>', 'u32',
+      'select(0u, 1u, nifVisible(origin, direction))');
+    this.#pass = Fn(() => {
+      const origin = input.element(instanceIndex.mul(2)).xyz, direction = input.element(instanceIndex.mul(2).add(1)).xyz;
+      output.element(instanceIndex).assign(ask({ origin, direction }));
+    })().compute(count);
+  }
+
+  /** Answers all, so many times. Returns milliseconds, which include compiling the first time. */
+  async run(times = 1) {
+    const { queue } = this.#renderer.backend.device;
     await queue.onSubmittedWorkDone();
     const start = performance.now();
-    renderer.compute(pass);
+    for (let i = 0; i < times; ++i) this.#renderer.compute(this.#pass);
     await queue.onSubmittedWorkDone();
-    milliseconds = performance.now() - start;
+    return performance.now() - start;
   }
-  const answered = new Uint32Array(await renderer.getArrayBufferAsync(visible));
-  pass.dispose();
-  return { visible: answered, milliseconds };
-}
 
-/** Rays a second, for lines between random points of a box, as many as take a while. */
-export async function rate(renderer, answers, bounds) {
-  for (let count = 1 << 14; ; count *= 4) {
-    const { milliseconds } = await answerRays(renderer, answers, randomRays(count, bounds));
-    if (milliseconds > 30 || count >= 1 << 20) return (count / milliseconds) * 1000;
+  /** 1 for each ray that nothing blocks. */
+  async visible() {
+    return new Uint32Array(await this.#renderer.getArrayBufferAsync(this.#visible));
   }
 }

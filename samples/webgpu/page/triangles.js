@@ -1,8 +1,10 @@
 // The same rays answered by the triangles that are drawn, to compare: three-mesh-bvh builds their tree in the page, and generates
 // the WGSL that walks it.
 import {
-  BVHComputeData, bvhNodeBoundsStruct, intersectRayTriangle, rayIntersectionResultStruct, rayStruct, wgslTagFn,
+  BVHComputeData, bvhNodeBoundsStruct, bvhNodeStruct, intersectRayTriangle, rayIntersectionResultStruct, rayStruct, wgslTagFn,
 } from './three-mesh-bvh/webgpu/index.js';
+import { MeshBVH } from './three-mesh-bvh/core/MeshBVH.js';
+import { SAH } from './three-mesh-bvh/core/Constants.js';
 
 /**
  * { code, bytes, milliseconds }: code for makeNodes (nodes.js), the bytes of its buffers, and how long building took. A walk ends
@@ -10,6 +12,7 @@ import {
  */
 export function triangleAnswers(geometry, { maxStorageBufferBindingSize: most }) {
   const start = performance.now();
+  geometry.boundsTree = new MeshBVH(geometry, { strategy: SAH }); // its fastest tree; by default it would be another
   const data = new BVHComputeData(geometry);
   data.update();
   const { index, attributes, nodes, transforms } = data.storage;
@@ -20,6 +23,11 @@ export function triangleAnswers(geometry, { maxStorageBufferBindingSize: most })
     name: 'trianglesHit',
     shapeStruct: Ray,
     resultStruct: Hit,
+    boundsOrderFn: wgslTagFn`
+      fn trianglesOrder(ray : ${Ray}, axis : u32, node : ${bvhNodeStruct}) -> bool {
+        return ray.direction[axis] >= 0.0;
+      }
+    `,
     intersectsBoundsFn: wgslTagFn`
       fn trianglesMeetBox(ray : ${Ray}, bounds : ${bvhNodeBoundsStruct}, result : ptr<function, ${Hit}>) -> u32 {
         if (result.didHit) {
