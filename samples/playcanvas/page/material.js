@@ -48,7 +48,9 @@ export function bindObject(device, object) {
 
 /** Lets an object light a StandardMaterial. The object stands where its asset has it: words are in object space. */
 export function light(material, device, object) {
-  const ambient = ShaderChunks.get(device, SHADERLANGUAGE_WGSL).get('ambientPS').replace('fn addAmbient(', 'fn addUnoccluded(');
+  const engines = ShaderChunks.get(device, SHADERLANGUAGE_WGSL).get('ambientPS');
+  const ambient = engines?.replace('fn addAmbient(', 'fn addUnoccluded(');
+  if (!ambient || ambient === engines) throw new Error('This PlayCanvas has another ambientPS than material.js knows');
   const chunks = material.getShaderChunks(SHADERLANGUAGE_WGSL);
   chunks.set('litUserDeclarationPS', kDeclarations + object.textReading('nif_words[i]') + kVisible + kRays);
   chunks.set('lightDiffuseLambertPS', kDiffuse);
