@@ -247,6 +247,7 @@ if [[ $size == nightly ]]; then
   host_test 'a page with three.js' samples/web/test.sh
   host_test 'a compute shader' samples/vulkan/test.sh
   host_test 'a page with WebGPU' samples/webgpu/test.sh
+  host_test 'a page with PlayCanvas' samples/playcanvas/test.sh
   if step 'build cases of shaders' build_part release shader_cases; then
     host_test 'WGSL by two compilers' tests/shader/wgsl/run.sh 1000000
   fi

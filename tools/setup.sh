@@ -68,8 +68,8 @@ love    love                  samples/love: the engine of the game
 love    luajit                samples/love: tests of its declarations of nif.h
 love    xvfb                  samples/love: tests, on a virtual screen
 love    xauth                 samples/love: xvfb-run needs it
-pages   chromium              tests/pages: shows the pages that nif writes; samples/web and webgpu: tests; tests/shader/wgsl: its SwiftShader
-pages   chromium-driver       tests/pages: drives it; samples/web and webgpu: the same
+pages   chromium              tests/pages: shows the pages that nif writes; samples/web, webgpu and playcanvas: tests; tests/shader/wgsl: its SwiftShader
+pages   chromium-driver       tests/pages: drives it; samples/web, webgpu and playcanvas: the same
 python  python3-numpy         bindings/python: arrays
 python  python3-pip           bindings/python: builds and installs the wheel
 python  python3-setuptools    bindings/python: builds the wheel

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Assembles the page in build/samples/webgpu/page: the files of page/, three.js from npm, the object's words and the shader's text
-# as `nif export-shader` writes them, and triangles to draw.
+# Assembles the page in build/samples/webgpu/page: the files of page/, three.js and three-mesh-bvh from npm, the object's words and
+# the shader's text as `nif export-shader` writes them, and triangles to draw.
 #
 #   samples/webgpu/build.sh ASSET.nif MESH [CREDIT]
 #
@@ -15,43 +15,30 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 asset=$1 mesh=$2 credit=${3-}
 nif=${nif-build/release/bin/nif}
 out=build/samples/webgpu
-mkdir -p "$out/npm"
-
-if ! cmp -s samples/webgpu/package-lock.json "$out/npm/package-lock.json" || [[ ! -d $out/npm/node_modules ]]; then
-  cp samples/webgpu/package.json "$out/npm"
-  cp samples/webgpu/package-lock.json "$out/npm"
-  (cd "$out/npm" && npm ci --silent --ignore-scripts --no-audit --no-fund) >&2 || {
-    rm -rf "$out/npm"
-    echo 'samples/webgpu/build.sh: npm could not fetch three.js' >&2
-    exit 1
-  }
-fi
+# shellcheck source=samples/webgpu/assemble.sh
+source samples/webgpu/assemble.sh
+fetch_npm samples/webgpu
 
 page=$out/page
 rm -rf "$page.new"
 mkdir -p "$page.new/three/loaders" "$page.new/three/controls" "$page.new/three/utils"
 cp samples/webgpu/page/* "$page.new"
 modules=$out/npm/node_modules/three
+bvh=$out/npm/node_modules/three-mesh-bvh
 cp "$modules"/build/three.{core,tsl,webgpu}.js "$modules/LICENSE" "$page.new/three"
 # Without an import map, because the server's policy forbids scripts in pages.
 for file in loaders/GLTFLoader.js controls/OrbitControls.js utils/BufferGeometryUtils.js utils/SkeletonUtils.js; do
   sed -E "s|from 'three';|from '../three.webgpu.js';|" "$modules/examples/jsm/$file" >"$page.new/three/$file"
 done
+while read -r file; do
+  up=../$(sed 's|[^/]||g; s|/|../|g' <<<"$file")
+  mkdir -p "$page.new/three-mesh-bvh/$(dirname "$file")"
+  sed -E "s#from 'three(/webgpu)?';#from '${up}three/three.webgpu.js';#; s#from 'three/tsl';#from '${up}three/three.tsl.js';#" \
+    "$bvh/src/$file" >"$page.new/three-mesh-bvh/$file"
+done < <(cd "$bvh/src" && find core math utils webgpu -name '*.js')
+cp "$bvh/LICENSE" "$page.new/three-mesh-bvh"
 
-# The words and the text, packed, because not every server packs.
-rm -rf "$out/shader"
-"$nif" export-shader "$asset" -o "$out/shader" --object 0 --quiet
-python3 samples/webgpu/pack.py "$out/shader/$(basename "$asset" .nif).object-0.words" "$page.new/object.words.gz"
-gzip -9 -n -c "$out/shader/nif.wgsl" >"$page.new/nif.wgsl.gz"
-# At most some 100,000 triangles, as a game would draw: they need not be the ones that were baked.
-triangles=$("$nif" info "$asset" --json | sed -nE 's/^ *"triangles": ([0-9]+).*/\1/p' | head -n 1)
-if ((triangles > 120000)); then
-  ratio=$(awk -v n="$triangles" 'BEGIN { printf "%.4f", 1e5 / n }')
-  "$nif" mesh decimate "$mesh" -o "$page.new/object.glb" --ratio "$ratio" --quiet
-else
-  "$nif" mesh convert "$mesh" -o "$page.new/object.glb" --quiet
-fi
-[[ -z $credit ]] || sed -i "s|<p id=\"credit\" hidden>|<p id=\"credit\">${credit//[|&\\]/\\&}|" "$page.new/index.html"
+add_object "$page.new" "$asset" "$mesh" "$credit"
 rm -rf "$page"
 mv "$page.new" "$page"
 echo "$page"

@@ -35,6 +35,6 @@ prepare_nifkit
 prepare_asset '' segment
 page=$(nif=$nif samples/webgpu/build.sh "$asset" "$model" "$origin")
 python3 samples/webgpu/test_page.py --page "$page" --nif "$nif" --mesh "$model" --asset "$asset" \
-  --pictures build/samples/webgpu/pictures || fail 'the page is not as it should be'
+  --pictures build/samples/webgpu/pictures --triangles || fail 'the page is not as it should be'
 ((failures == 0)) || exit 1
 echo 'samples/webgpu: all is well'

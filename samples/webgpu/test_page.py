@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Uses the page of samples/webgpu in a headless Chromium.
+"""Uses the page of samples/webgpu, or that of samples/playcanvas, in a headless Chromium.
 
-    samples/webgpu/test_page.py --page FOLDER --nif PROGRAM --mesh MESH --asset ASSET.nif --pictures FOLDER
+    samples/webgpu/test_page.py --page FOLDER --nif PROGRAM --mesh MESH --asset ASSET.nif --pictures FOLDER [--triangles]
 
-FOLDER is the output of build.sh for MESH and ASSET. Prints its measurements, and writes pictures of the page. On failure, exits
-with 1 and says what is wrong.
+FOLDER is the output of build.sh for MESH and ASSET. --triangles: the page can ask triangles, too. Prints its measurements, and
+writes pictures of the page. On failure, exits with 1 and says what is wrong.
 """
 from __future__ import annotations
 
@@ -36,6 +36,7 @@ ARGUMENTS = ("--enable-unsafe-webgpu", "--enable-features=Vulkan", "--use-vulkan
 FRAMES = 16
 RAYS = 20000
 MOST_BYTES = 200_000  # of words and text over the wire
+MOST_DIFFERENT = 0.03  # of the answers by triangles, which are coarser than what was baked
 # In decibels, for means over 4 x 4 pixels. Edges differ, because other triangles are drawn.
 ENOUGH, TOO_LITTLE = 30.0, 26.0
 
@@ -132,17 +133,13 @@ def test_picture(options: argparse.Namespace, browser: Browser, scratch: Path) -
         wait(lambda: int(data(browser, "frames") or 0) >= FRAMES, "enough frames", browser)
         cells = {name: browser.run(f"return document.getElementById('{name}').textContent")
                  for name in ("words", "text", "wire", "frame", "rate", "drawn")}
-        print(f"first picture after {first} ms, in software; " + ", ".join(f"{k}: {v}" for k, v in cells.items()))
+        print(f"first picture after {first} ms, in software; {data(browser, 'loaded')} ms of them load files and start the engine")
+        print(", ".join(f"{k}: {v}" for k, v in cells.items()))
         wire = sum((options.page / name).stat().st_size for name in ("object.words.gz", "nif.wgsl.gz"))
         check(wire <= MOST_BYTES, f"words and text have {wire} bytes, packed")
         state = browser.run("return sample.state()")
         browser.picture(options.pictures / "page.png")
         picture(browser, scratch / "page.png")
-        same = compare.psnr(str(scratch / "page.png"), str(render(options, state, scratch / "same", state["sun"])))
-        other = compare.psnr(str(scratch / "page.png"), str(render(options, state, scratch / "other", [-0.5, 0.6, 0.3])))
-        print(f"{same:.1f} dB from nif render's picture; {other:.1f} dB with another sun")
-        check(same >= ENOUGH, f"the picture is not like nif render's: {same:.1f} dB")
-        check(other < TOO_LITTLE, f"another sun is not seen: {other:.1f} dB")
 
         # The asset's answers in the page are the CPU's.
         low, high = browser.run("return sample.bounds")
@@ -153,19 +150,97 @@ def test_picture(options: argparse.Namespace, browser: Browser, scratch: Path) -
                     for _ in range(2))
             rays.append([struct.unpack("f", struct.pack("f", x))[0]
                          for x in (*a, 0.0, *(q - p for p, q in zip(a, b)), 1.0)])
-        (scratch / "rays.csv").write_text("\n".join(",".join(map(repr, (*r[:3], *r[4:7], r[3], r[7]))) for r in rays) + "\n")
-        answers = subprocess.run([options.nif, "query", options.asset, "--object", "0", "--rays", scratch / "rays.csv"],
-                                 check=True, capture_output=True, text=True).stdout
-        expected = [int(row["visible"]) for row in csv.DictReader(answers.splitlines())]
-        flat = json.dumps([x for ray in rays for x in ray])
-        browser.run(f"sample.visible({flat}).then(v => window.asked = v)")
-        asked = wait(lambda: browser.run("return window.asked"), "answers", browser)
+        expected = query(options, scratch, rays)
+        asked = ask(browser, "visible", rays)
         different = sum(x != y for x, y in zip(expected, asked, strict=True))
         print(f"{different} of {RAYS} answers in the page differ from the CPU's; {RAYS - sum(expected)} are blocked")
         check(different == 0, f"{different} answers differ from the CPU's")
         check(RAYS // 20 < sum(expected) < RAYS, "the rays show nothing")
+        if options.triangles:
+            test_triangles(options, browser, scratch, [[*ray[:7], 1e30] for ray in rays])
         for text in browser.messages():
             check(False, f"the console has: {text}")
+        browser.show("about:blank", 800, False, 300)  # which leaves the machine to `nif render`
+
+    truth = render(options, state, scratch / "same", state["sun"])
+    same = compare.psnr(str(scratch / "page.png"), str(truth))
+    other = compare.psnr(str(scratch / "page.png"), str(render(options, state, scratch / "other", [-0.5, 0.6, 0.3])))
+    print(f"{same:.1f} dB from nif render's picture; {other:.1f} dB with another sun")
+    check(same >= ENOUGH, f"the picture is not like nif render's: {same:.1f} dB")
+    check(other < TOO_LITTLE, f"another sun is not seen: {other:.1f} dB")
+    if options.triangles:
+        same = compare.psnr(str(scratch / "triangles.png"), str(truth))
+        print(f"by three-mesh-bvh: {same:.1f} dB from nif render's picture")
+        check(same >= ENOUGH, f"by three-mesh-bvh, the picture is not like nif render's: {same:.1f} dB")
+
+
+def query(options: argparse.Namespace, scratch: Path, rays: list[list[float]]) -> list[int]:
+    """The CPU's answers."""
+    (scratch / "rays.csv").write_text("\n".join(",".join(map(repr, (*r[:3], *r[4:7], r[3], r[7]))) for r in rays) + "\n")
+    answers = subprocess.run([options.nif, "query", options.asset, "--object", "0", "--rays", scratch / "rays.csv"],
+                             check=True, capture_output=True, text=True).stdout
+    return [int(row["visible"]) for row in csv.DictReader(answers.splitlines())]
+
+
+def ask(browser: Browser, name: str, rays: list[list[float]]) -> list[int]:
+    """The page's answers, by a function of `sample`."""
+    browser.run(f"window.asked = null; sample.{name}({json.dumps([x for ray in rays for x in ray])}).then(v => window.asked = v)")
+    return wait(lambda: browser.run("return window.asked"), "answers", browser)
+
+
+def test_triangles(options: argparse.Namespace, browser: Browser, scratch: Path, rays: list[list[float]]) -> None:
+    """The triangles that are drawn answer instead: like the asset, which was baked from finer ones. Speed and bytes of both."""
+    def answer_by(name: str, frames: int) -> None:
+        browser.run(f"document.querySelector('input[value={name}]').click()")
+        wait(lambda: browser.run("return sample.by()") == name and int(data(browser, "frames") or 0) >= frames,
+             f"frames by {name}", browser)
+
+    answer_by("triangles", FRAMES)
+    picture(browser, scratch / "triangles.png")
+    browser.picture(options.pictures / "triangles.png")
+    different = sum(x != y for x, y in zip(query(options, scratch, rays), ask(browser, "byTriangles", rays), strict=True))
+    check(different < MOST_DIFFERENT * RAYS, f"{different} of {RAYS} answers by triangles differ from the asset's")
+    frames: dict[str, list[float]] = {"asset": [], "triangles": []}
+    for _ in range(3):
+        for name, cell in (("asset", "frame"), ("triangles", "triangles-frame")):
+            answer_by(name, 2)
+            frames[name].append(float(browser.run(f"return parseFloat(document.getElementById('{cell}').textContent)")))
+    asset, triangles = (min(frames[name]) for name in ("asset", "triangles"))
+    rates = json.loads(data(browser, "rates"))
+    cells = {name: browser.run(f"return document.getElementById('{name}').textContent")
+             for name in ("buffers", "triangles-buffers", "triangles-built")}
+    print(f"three-mesh-bvh, on the triangles drawn: buffers {cells['triangles-buffers']}, built in {cells['triangles-built']}; "
+          f"the asset's buffer {cells['buffers']}; {different} of {RAYS} answers differ from the asset's")
+    print(f"rays a second in software, in a compute pass, by turns: asset {rates['asset']:.3g}, triangles "
+          f"{rates['triangles']:.3g}; the asset's rate is {rates['asset'] / rates['triangles']:.2f} times that of triangles")
+    print(f"a frame, in software, the best of three by turns: asset {asset:.0f} ms, triangles {triangles:.0f} ms: "
+          f"the asset's takes {asset / triangles:.2f} times as long")
+
+
+def test_without_triangles(options: argparse.Namespace, browser: Browser, scratch: Path) -> None:
+    """Without three-mesh-bvh, or with a device too small for it, the page says so, and the asset goes on answering."""
+    folder = scratch / "without three-mesh-bvh"
+    shutil.copytree(options.page, folder)
+    (folder / "three-mesh-bvh/webgpu/index.js").unlink()
+    # Too small from the first picture on, so that the asset has its buffer.
+    script = """
+        const limits = GPUSupportedLimits.prototype, name = 'maxStorageBufferBindingSize';
+        const real = Object.getOwnPropertyDescriptor(limits, name).get;
+        Object.defineProperty(limits, name, { get() { return document.body?.dataset.first ? 1000 : real.call(this); } });"""
+    for what, page, source, text in (
+            ("a missing module", folder, "", "three-mesh-bvh cannot be loaded"),
+            ("small buffers", options.page, script, "allows 1000 bytes in a storage buffer, and the triangles need")):
+        added = browser.devtools("Page.addScriptToEvaluateOnNewDocument", source=source)
+        with Served(page) as address:
+            browser.show(address, 800, False, 300)
+            wait(lambda: data(browser, "first"), what, browser)
+            browser.run("document.querySelector('input[value=triangles]').click()")
+            wait(lambda: browser.run("return document.getElementById('message').classList.contains('wrong')"), what, browser)
+            check(text in message(browser), f"{what}: the page says '{message(browser)}'")
+            check(browser.run("return sample.by() + document.querySelector('input[name=by]:checked').value") == "assetasset",
+                  f"{what}: the asset does not go on answering")
+            browser.messages()
+        browser.devtools("Page.removeScriptToEvaluateOnNewDocument", identifier=added["identifier"])
 
 
 def test_wrong(options: argparse.Namespace, browser: Browser, scratch: Path) -> None:
@@ -221,11 +296,14 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     for name in ("page", "nif", "mesh", "asset", "pictures"):
         parser.add_argument(f"--{name}", type=Path, required=True)
+    parser.add_argument("--triangles", action="store_true")
     options = parser.parse_args()
     options.pictures.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder, Browser(*ARGUMENTS) as browser:
         test_picture(options, browser, Path(folder))
         test_wrong(options, browser, Path(folder))
+        if options.triangles:
+            test_without_triangles(options, browser, Path(folder))
     return int(failures > 0)
 
 

@@ -85,6 +85,7 @@ export class Asker {
   #device;
   #pipeline;
   #words;
+  #bounds;
 
   static async create(device, object) {
     const asker = new Asker();
@@ -92,6 +93,7 @@ export class Asker {
     const module = device.createShaderModule({ code: object.text + kAsk });
     asker.#pipeline = await device.createComputePipelineAsync({ layout: 'auto', compute: { module, entryPoint: 'main' } });
     asker.#words = asker.#input(object.words);
+    asker.#bounds = object.bounds;
     return asker;
   }
 
@@ -126,4 +128,26 @@ export class Asker {
     for (const buffer of [input, output, read]) buffer.destroy();
     return { visible, milliseconds };
   }
+
+  /** Rays a second, for lines between random points of the object's box, as many as take a while. */
+  async rate() {
+    for (let count = 1 << 14; ; count *= 4) {
+      const { milliseconds } = await this.visible(randomRays(count, this.#bounds));
+      if (milliseconds > 30 || count >= 1 << 20) return (count / milliseconds) * 1000;
+    }
+  }
+}
+
+/** Lines between random points of a box, as Asker takes rays. */
+export function randomRays(count, [low, high]) {
+  const rays = new Float32Array(8 * count);
+  for (let i = 0; i < rays.length; i += 8) {
+    for (let a = 0; a < 3; ++a) {
+      const from = low[a] + Math.random() * (high[a] - low[a]), to = low[a] + Math.random() * (high[a] - low[a]);
+      rays[i + a] = from;
+      rays[i + 4 + a] = to - from;
+    }
+    rays[i + 7] = 1e30;
+  }
+  return rays;
 }
