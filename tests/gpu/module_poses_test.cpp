@@ -86,24 +86,25 @@ class GpuPoses : public GpuModuleTest {
 
   /// At an odd address.
   template <class T>
-  T* copy(const std::vector<T>& from, bool managed = false, uint32_t gpu = 0) {
+  const float* copy(const std::vector<T>& from, bool managed = false, uint32_t gpu = 0) {
     const size_t bytes = from.size() * sizeof(T);
     void* memory = managed ? machine().allocate_managed(gpu, bytes + 1) : machine().allocate(gpu, bytes + 1);
     arrays_.push_back({memory, machine().free});
     char* const to = static_cast<char*>(memory) + 1;
     if (bytes > 0) std::memcpy(to, from.data(), bytes);
-    return reinterpret_cast<T*>(to);
+    return reinterpret_cast<const float*>(to);
   }
   NifPose copy(const HostPose& from, void* stream = nullptr, int64_t stride = 12) {
     NifPose pose = from.get();
-    if (pose.joints) pose.joints = copy(from.joints)->data();
+    if (pose.joints) pose.joints = copy(from.joints);
     if (pose.weights) pose.weights = copy(from.weights);
     if (pose.positions) {
       const size_t step = size_t(std::abs(stride)), count = from.positions.size();
       std::vector<char> apart((count - 1) * step + 12, char(0xff));  // not a number
       char* const first = apart.data() + (stride < 0 ? (count - 1) * step : 0);
       for (size_t v = 0; v < count; ++v) std::memcpy(first + int64_t(v) * stride, &from.positions[v], 12);
-      pose.positions = reinterpret_cast<const float*>(copy(apart) + (first - apart.data()));
+      const auto* const there = reinterpret_cast<const char*>(copy(apart));
+      pose.positions = reinterpret_cast<const float*>(there + (first - apart.data()));
       pose.position_stride = uint64_t(stride);
     }
     pose.memory = NIF_MEMORY_DEVICE;
@@ -369,9 +370,9 @@ TEST_F(GpuPoses, InManagedMemory) {
   place(2);
   const HostPose skin = by_skin(), positions = by_positions();
   NifPose managed = skin.get(), moved = positions.get();
-  managed.joints = copy(skin.joints, true)->data();
+  managed.joints = copy(skin.joints, true);
   managed.weights = copy(skin.weights, true);
-  moved.positions = copy(positions.positions, true)->data();
+  moved.positions = copy(positions.positions, true);
   for (const NifMemory memory : {NIF_MEMORY_DEVICE, NIF_MEMORY_HOST}) {
     managed.memory = moved.memory = memory;
     ASSERT_EQ(bend(0, managed), NIF_OK) << nifGetErrorMessage();
