@@ -84,13 +84,13 @@ class GpuPoses : public GpuModuleTest {
     return pose;
   }
 
-  /// At an odd address.
+  /// At an odd address; in managed memory at an aligned one, because the CPU reads it, too.
   template <class T>
   const float* copy(const std::vector<T>& from, bool managed = false, uint32_t gpu = 0) {
     const size_t bytes = from.size() * sizeof(T);
     void* memory = managed ? machine().allocate_managed(gpu, bytes + 1) : machine().allocate(gpu, bytes + 1);
     arrays_.push_back({memory, machine().free});
-    char* const to = static_cast<char*>(memory) + 1;
+    char* const to = static_cast<char*>(memory) + (managed ? 0 : 1);
     if (bytes > 0) std::memcpy(to, from.data(), bytes);
     return reinterpret_cast<const float*>(to);
   }
