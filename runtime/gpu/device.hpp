@@ -3,6 +3,8 @@
 
 #include <atomic>
 #include <mutex>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "driver.hpp"
@@ -90,6 +92,21 @@ struct GpuJob {
   gpu::Event event;
 };
 
+/// Pinned host memory that the GPU's arrays are copied to. The thread that makes or destroys it must have entered the GPU.
+struct GpuFetch {
+  explicit GpuFetch(gpu::Context& of) : context(of), arrived(of.make_event(false)) {}
+  ~GpuFetch();  ///< waits for copies that are under way
+  GpuFetch(const GpuFetch&) = delete;
+  GpuFetch& operator=(const GpuFetch&) = delete;
+
+  gpu::Context& context;
+  gpu::Event arrived;  ///< after the last copies
+  unsigned char* host = nullptr;
+  uint64_t capacity = 0;
+  bool under_way = false;  ///< copies may be writing
+  bool whole = false;      ///< all of the last copies are there, or will be
+};
+
 }  // namespace nif::runtime
 
 namespace nif::gpu {
@@ -130,6 +147,14 @@ void find_hits(GpuDevice& device, GpuScene& scene, const NifRays& rays, const Ni
 void check_for_cpu(GpuDevice& device, const NifRays& rays, const NifAnswers& answers, const NifOpenRays* open,
                    const NifHits* hits);
 void check_for_cpu(GpuDevice& device, const void* array, const char* name);
+/// Checks an array of the caller's, which may be null. promised: a NifMemory. `name`: of the array, for messages.
+void check_array(Context& context, uint32_t promised, const void* array, const std::string& name);
+/// Null is the default stream. `whose`: for the message.
+void check_stream(Context& context, Stream stream, const char* whose);
+/// See GpuModule::fetch_arrays() and wait_fetch().
+void put_copies(GpuDevice& device, std::span<const runtime::FetchedArray> arrays, Stream stream,
+                runtime::GpuFetch*& fetch);
+const unsigned char* wait_for_copies(GpuDevice& device, runtime::GpuFetch& fetch);
 /// For a query in host memory: answers it on the GPU once and then `rounds` times, without copies in between;
 /// then copies the answers. seconds: [rounds], or [rounds][kMeasuredStages] for the pipeline's stages.
 void time_query(GpuDevice& device, GpuScene& scene, const NifRays& rays, const NifAnswers& answers,

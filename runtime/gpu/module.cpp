@@ -8,7 +8,9 @@
 namespace nif::gpu {
 namespace {
 
+using runtime::FetchedArray;
 using runtime::GpuDescription;
+using runtime::GpuFetch;
 using runtime::GpuJob;
 using runtime::GpuMeasure;
 using runtime::GpuMessage;
@@ -157,6 +159,20 @@ NifError check_host_array(GpuDevice* device, const void* array, const char* name
   return on_gpu(device, message, [&] { check_for_cpu(*device, array, name); });
 }
 
+NifError fetch_arrays(GpuDevice* device, const FetchedArray* arrays, uint32_t count, void* stream,
+                      GpuFetch** fetch, GpuMessage* message) {
+  return on_gpu(device, message, [&] { put_copies(*device, std::span(arrays, count), stream, *fetch); });
+}
+
+NifError wait_fetch(GpuDevice* device, GpuFetch* fetch, const unsigned char** bytes, GpuMessage* message) {
+  return on_gpu(device, message, [&] { *bytes = wait_for_copies(*device, *fetch); });
+}
+
+void free_fetch(GpuDevice* device, GpuFetch* fetch) {
+  if (!fetch) return;
+  where_possible(*device->context, [&] { delete fetch; });
+}
+
 NifError measure_query(GpuDevice* device, GpuScene* scene, const NifRays* rays, const NifAnswers* answers,
                        GpuMeasure measure, uint32_t rounds, double* seconds, GpuMessage* message) {
   return on_gpu(device, message,
@@ -218,6 +234,9 @@ extern "C" NIF_API const nif::runtime::GpuModule* nif_gpu_module(void) {
                                          gpu::intersect,
                                          gpu::check_host_query,
                                          gpu::check_host_array,
+                                         gpu::fetch_arrays,
+                                         gpu::wait_fetch,
+                                         gpu::free_fetch,
                                          gpu::measure_query,
                                          gpu::start_query,
                                          gpu::wait_job,

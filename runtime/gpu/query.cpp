@@ -19,18 +19,6 @@ using runtime::kMeasuredStages;
 using runtime::OutputArray;
 using runtime::visit_outputs;
 
-/// Checks an array, which may be null. `name`: of the array, for messages.
-void check_array(Context& context, uint32_t promised, const void* array, const std::string& name) {
-  if (!array) return;
-  const PointerKind kind = context.kind_of(array);
-  const auto refuse = [&](const char* why) { throw GpuError(NIF_ERROR_WRONG_POINTER, name + why); };
-  if (promised == NIF_MEMORY_DEVICE && kind == PointerKind::host)
-    refuse(" is memory of the host, and NIF_MEMORY_DEVICE was promised");
-  if (promised == NIF_MEMORY_DEVICE && kind == PointerKind::other_device) refuse(" is memory of another GPU");
-  if (promised == NIF_MEMORY_HOST && (kind == PointerKind::device || kind == PointerKind::other_device))
-    refuse(" is memory of a GPU, and NIF_MEMORY_HOST was promised");
-}
-
 void check_rays(Context& context, const NifRays& rays) {
   const auto check = [&](const void* array, const char* name) {
     check_array(context, rays.memory, array, std::string("rays: ") + name);
@@ -40,8 +28,7 @@ void check_rays(Context& context, const NifRays& rays) {
   check(rays.tmin, "tmin");
   check(rays.tmax, "tmax");
   check(rays.mask, "mask");
-  if (rays.stream && !context.owns(rays.stream))
-    throw GpuError(NIF_ERROR_INVALID_ARGUMENT, "rays: the stream is not of the device's GPU");
+  check_stream(context, rays.stream, "rays");
 }
 
 void check_answers(Context& context, const NifRays& rays, const NifAnswers& answers) {
@@ -335,6 +322,23 @@ class HostQuery {
 
 }  // namespace
 
+void check_array(Context& context, uint32_t promised, const void* array, const std::string& name) {
+  if (!array) return;
+  const PointerKind kind = context.kind_of(array);
+  const auto refuse = [&](const char* why) { throw GpuError(NIF_ERROR_WRONG_POINTER, name + why); };
+  if (promised == NIF_MEMORY_DEVICE && kind == PointerKind::host)
+    refuse(" is memory of the host, and NIF_MEMORY_DEVICE was promised");
+  if (promised == NIF_MEMORY_DEVICE && kind == PointerKind::other_device) refuse(" is memory of another GPU");
+  if (promised == NIF_MEMORY_HOST && (kind == PointerKind::device || kind == PointerKind::other_device))
+    refuse(" is memory of a GPU, and NIF_MEMORY_HOST was promised");
+}
+
+void check_stream(Context& context, Stream stream, const char* whose) {
+  if (stream && !context.owns(stream))
+    throw GpuError(NIF_ERROR_INVALID_ARGUMENT,
+                   std::string(whose) + ": the stream is not of the device's GPU");
+}
+
 void time_query(GpuDevice& device, GpuScene& scene, const NifRays& query, const NifAnswers& wanted_answers,
                 GpuMeasure measure, uint32_t rounds, double* seconds) {
   if (!scene.ready) refuse_scene();
@@ -429,7 +433,9 @@ void check_for_cpu(GpuDevice& device, const NifRays& rays, const NifAnswers& ans
 void check_for_cpu(GpuDevice& device, const void* array, const char* name) {
   const PointerKind kind = array ? device.context->kind_of(array) : PointerKind::host;
   if (kind == PointerKind::device || kind == PointerKind::other_device)
-    throw GpuError(NIF_ERROR_WRONG_POINTER, std::string(name) + " is memory of a GPU, but the CPU reads it");
+    throw GpuError(
+        NIF_ERROR_WRONG_POINTER,
+        std::string(name) + " is memory of a GPU, which nifPoseInstance takes as NIF_MEMORY_DEVICE");
 }
 
 }  // namespace nif::gpu

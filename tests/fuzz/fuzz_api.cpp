@@ -291,8 +291,14 @@ class Session : Drawn {
       pose.joint_count = uint32_t(joints.size());
       pose.weights = weights.data();
       pose.target_count = uint32_t(weights.size());
+      std::vector<float> positions(3 * (object.vertices + 1));
+      for (float& x : positions) x = matrix()[2];
+      const uint32_t rare = choices_.below(8);  // vertices in place of joints, or too; another kind of memory
+      if (rare == 0) pose.joint_count = pose.target_count = 0, pose.joints = pose.weights = nullptr;
+      if (rare <= 1) pose.positions = positions.data(), pose.position_stride = 12;
+      if (rare == 2) pose.memory = 1 + choices_.below(2);
       error = nifPoseInstance(scene.handle, instance, &pose);
-      fine = fine && joints.size() == object.joints;
+      fine = fine && rare != 2 && (rare <= 1 ? pose.joints == nullptr : joints.size() == object.joints);
     }
     if (!scene.alive()) return must_be_dead(error);
     if (!fine) must(error != NIF_OK);

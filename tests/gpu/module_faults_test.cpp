@@ -480,7 +480,7 @@ TEST_F(GpuFaults, PosesInDeviceMemory) {
     };
     for (const uint32_t instance : {0u, 1u}) {
       refused(nifSetInstanceVertices(twins.gpu(), instance, there.as<float>(), 12),
-              "positions is memory of a GPU, but the CPU reads it");
+              "positions is memory of a GPU, which nifPoseInstance takes as NIF_MEMORY_DEVICE");
       pose.joints = there.as<float>();
       pose.weights = weights.data();
       refused(nifPoseInstance(twins.gpu(), instance, &pose), "joints is memory of a GPU");

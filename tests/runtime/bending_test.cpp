@@ -1,5 +1,6 @@
 // Instances that bend answer as an object whose mesh is the bent one, bit for bit, with every instruction set.
 #include <cmath>
+#include <cstring>
 #include <memory_resource>
 
 #include "tests/runtime/runtime_first_hits.hpp"
@@ -188,6 +189,54 @@ TEST_P(BendingTest, Poses) {
     expect_same(scene, scene_of(asset_of(moved, seed + 100, nullptr, false), 0), rays_at(moved, seed, 1500));
   }
   EXPECT_GT(met_, 3'000u);
+}
+
+/// A pose with positions is nifSetInstanceVertices, for objects with and without a skin.
+TEST_P(BendingTest, PosesByPositions) {
+  for (const bool skinned : {true, false}) {
+    Random random(5);
+    const Soup soup = random_soup(random, 200);
+    const format::Skin skin = random_skin(random, uint32_t(soup.positions.size()), 4, 1);
+    const NifAsset asset = asset_of(soup, 5, skinned ? &skin : nullptr);
+    const NifScene scene = scene_of(asset, 0), expected = scene_of(asset, 0);
+    std::vector<float> backwards(5 * soup.positions.size());
+    Positions moved = soup.positions;
+    for (size_t v = 0; v < moved.size(); ++v)
+      for (size_t a = 0; a < 3; ++a) {
+        moved[v][a] += random.between(-0.3f, 0.3f);
+        backwards[5 * (moved.size() - 1 - v) + a] = moved[v][a];
+      }
+    auto pose = nifkit::sized<NifPose>();
+    pose.positions = &backwards[5 * (moved.size() - 1)];
+    pose.position_stride = uint64_t(-20);
+    ASSERT_EQ(nifPoseInstance(scene, 0, &pose), NIF_OK) << nifGetErrorMessage();
+    ASSERT_EQ(nifSetInstanceVertices(expected, 0, moved[0].data(), 12), NIF_OK);
+    ASSERT_EQ(nifCommitScene(scene), NIF_OK);
+    ASSERT_EQ(nifCommitScene(expected), NIF_OK);
+    expect_same(scene, expected, rays_at({moved, soup.triangles}, 6, 500));
+    EXPECT_EQ(other_triangles_, 0u);
+  }
+  EXPECT_GT(met_, 200u);
+}
+
+/// A program that knows only the first members of NifPose.
+TEST_P(BendingTest, PosesOfOldPrograms) {
+  Random random(7);
+  const Soup soup = random_soup(random, 200);
+  const format::Skin skin = random_skin(random, uint32_t(soup.positions.size()), 4, 0);
+  const NifScene scene = scene_of(asset_of(soup, 7, &skin), 0);
+  const Joints joints = random_joints(random, skin.joint_count);
+  NifPose pose;
+  std::memset(&pose, 0x5a, sizeof(pose));  // what lies behind the structure
+  pose.struct_size = 32;
+  pose.joints = joints[0].data();
+  pose.weights = nullptr;
+  pose.joint_count = skin.joint_count;
+  pose.target_count = 0;
+  ASSERT_EQ(nifPoseInstance(scene, 0, &pose), NIF_OK) << nifGetErrorMessage();
+  ASSERT_EQ(nifCommitScene(scene), NIF_OK);
+  const Soup moved{posed(soup.positions, skin, joints, {}), soup.triangles};
+  expect_same(scene, scene_of(asset_of(moved, 107, nullptr, false), 0), rays_at(moved, 7, 500));
 }
 
 /// A soup whose triangles have vertices of their own: a pose moves those at the same place alike, but not if joints, weights
@@ -443,6 +492,9 @@ TEST_P(BendingTest, BadInput) {
   EXPECT_NE(refused([](NifPose& pose) { pose.joints = nullptr; }).find("joints"), std::string::npos);
   EXPECT_NE(refused([](NifPose& pose) { pose.weights = nullptr; }).find("weights"), std::string::npos);
   EXPECT_NE(refused([](NifPose& pose) { pose.struct_size = 3; }).find("struct_size"), std::string::npos);
+  EXPECT_NE(refused([](NifPose& pose) { pose.memory = 2; }).find("unknown memory kind 2"), std::string::npos);
+  EXPECT_NE(refused([&](NifPose& pose) { pose.positions = &weight; }).find("has positions, and joints"),
+            std::string::npos);
   for (const float value : {NAN, INFINITY, 1e20f}) {
     joints.back()[5] = value;
     EXPECT_NE(refused([](NifPose&) {}), "");

@@ -31,6 +31,7 @@ int main(int argc, char** argv) {
   NifRays query;
   NifAnswers answers = {.struct_size = sizeof(answers)}, single = {.struct_size = sizeof(single)};
   NifHits first = {.struct_size = sizeof(first)};
+  NifPose pose = {.struct_size = sizeof(pose), .memory = NIF_MEMORY_DEVICE};
   NifOpenRays open;
   uint32_t open_count = 0;
   uint8_t visible[kRays], bits[(kRays + 7) / 8], later[kRays], one;
@@ -52,6 +53,8 @@ int main(int argc, char** argv) {
   CHECK(nifAddAsset(scene, asset, NULL, NULL, NULL) == NIF_OK);
   CHECK(nifCommitScene(scene) == NIF_OK);
   CHECK(nifGetSceneInfo(scene, &info) == NIF_OK && info.instance_count == about.instance_count);
+  CHECK(nifPoseInstance(scene, 0, &pose) == NIF_ERROR_NOT_AVAILABLE);
+  CHECK(strstr(nifGetErrorMessage(), "this device is a CPU") != NULL);
   nifReleaseAsset(asset);
   nifReleaseDevice(device);
 

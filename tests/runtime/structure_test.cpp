@@ -1,5 +1,5 @@
-// Programs with an older header keep working once a structure has grown. No structure of nif.h has grown yet,
-// so this tests one that nif.h does not have.
+// Programs with an older header keep working once a structure has grown. This tests a structure that nif.h does not have;
+// bending_test.cpp passes a NifPose as it first was.
 #include "api/structure.hpp"
 
 #include <gtest/gtest.h>

@@ -195,6 +195,11 @@ class NifPose(Structure):
         ("weights", c_void_p),
         ("joint_count", c_uint32),
         ("target_count", c_uint32),
+        ("positions", c_void_p),
+        ("position_stride", c_uint64),
+        ("memory", c_uint32),
+        ("flags", c_uint32),
+        ("stream", c_void_p),
     ]
 
 

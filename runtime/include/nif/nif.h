@@ -24,8 +24,8 @@
  *   Handle values are never reused. But the release of the last reference must not run at the same time as
  *   another call with that handle.
  * - Threads: calls on different scenes may run at the same time, and so may calls on one device or one asset.
- *   Calls that change a scene (nifAdd..., nifRemove..., nifSet..., nifCommitScene) must not run at the same
- *   time as any other call on that scene. Any number of threads may query one committed scene.
+ *   Calls that change a scene (nifAdd..., nifRemove..., nifSet..., nifPoseInstance, nifCommitScene) must not run
+ *   at the same time as any other call on that scene. Any number of threads may query one committed scene.
  * - Memory: a call may allocate, through the device's allocator. Queries do not allocate, except that
  *   nifQueryAsync and nifIntersectAsync allocate their job, and a query on a GPU may allocate memory for
  *   copies. Threads, error messages, handles beyond 1,024 at once, tables that exist only during a load, and
@@ -91,7 +91,7 @@ typedef enum NifError {
   /* GPU backends only: */
   NIF_ERROR_DEVICE_LOST = 60, /* the GPU or its driver failed, perhaps in an earlier query */
   NIF_ERROR_OUT_OF_DEVICE_MEMORY = 61,
-  NIF_ERROR_WRONG_POINTER = 62, /* host memory where NifRays.memory says device memory, or the reverse */
+  NIF_ERROR_WRONG_POINTER = 62, /* memory of another kind than NifRays.memory or NifPose.memory says */
 
   NIF_ERROR_ENUM_IS_32_BITS = 0x7fffffff
 } NifError;
@@ -462,19 +462,19 @@ NIF_API NifError nifSetInstanceFlags(NifScene scene, uint32_t instance, uint32_t
 NIF_API NifError nifSetInstanceUser(NifScene scene, uint32_t instance, uint64_t user);
 
 /* Gives one instance vertices of its own, in object space, in the order of the source mesh: for each vertex v
- * below NifObjectInfo.vertices, the three floats at (const char*)positions + v * stride, in host memory; null: the
- * vertices at rest. They are copied, and take effect at the next commit, which fits the instance's boxes to them.
- * Answers are exact for these positions. These must be finite and at most 2^59; those of vertices that no triangle
- * has are not read. If one is not, the call gives NIF_ERROR_INVALID_ARGUMENT, and the instance keeps the vertices that
- * it had. Memory of a GPU gives NIF_ERROR_WRONG_POINTER on a device with a GPU, and an object that was not baked with
- * --deforms NIF_ERROR_INVALID_OPERATION.
+ * below NifObjectInfo.vertices, the three floats at (const char*)positions + v * stride, in host memory (a GPU's:
+ * NifPose.positions); null: the vertices at rest. They are copied, and take effect at the next commit, which fits the
+ * instance's boxes to them. Answers are exact for these positions. These must be finite and at most 2^59; those of
+ * vertices that no triangle has are not read. If one is not, the call gives NIF_ERROR_INVALID_ARGUMENT, and the instance
+ * keeps the vertices that it had. Memory of a GPU gives NIF_ERROR_WRONG_POINTER on a device with a GPU, and an object
+ * that was not baked with --deforms NIF_ERROR_INVALID_OPERATION.
  *
  * The first such call for an instance allocates its tree: about 100 bytes a triangle. Later ones, and the
  * commits after them, allocate nothing, unless the hierarchy is rebuilt (nifCommitScene) or a GPU gets a copy. */
 NIF_API NifError nifSetInstanceVertices(NifScene scene, uint32_t instance, const float* positions,
                                         uint64_t stride);
 
-/* The pose of a skin. */
+/* How an instance bends: by the skin of its object, or by vertices of its own. */
 typedef struct NifPose {
   uint64_t struct_size;
   /* [joint_count][12] row-major 3x4 matrices, as in nifAddInstance, from the mesh in its bind pose to the object's
@@ -485,12 +485,28 @@ typedef struct NifPose {
   const float* weights;
   uint32_t joint_count;  /* NifObjectInfo.joints */
   uint32_t target_count; /* NifObjectInfo.targets, or 0 */
+  /* Instead of the above, which are then null and 0: vertices as nifSetInstanceVertices takes them, for example those
+   * that a compute shader has moved. Null: the skin moves the vertices. */
+  const float* positions;
+  uint64_t position_stride; /* in bytes; in device memory at most 2048, forwards or backwards */
+  uint32_t memory;          /* a NifMemory: where all arrays of the pose are */
+  uint32_t flags;           /* must be 0 */
+  /* Device memory: the hipStream_t or cudaStream_t that writes the arrays; null: the default stream. Host memory:
+   * null. */
+  void* stream;
 } NifPose;
 
 /* Moves the vertices of one instance by the skin of its object: first by morph targets, then by the weighted mean of
- * its joints' matrices. Otherwise like nifSetInstanceVertices. docs/answers.md has the order of operations: the same
- * pose gives the same bits everywhere. An object without a skin, other numbers of joints or targets, values that are
- * not finite, and poses that could move a vertex beyond 2^59, give NIF_ERROR_INVALID_ARGUMENT. */
+ * its joints' matrices; or sets them (NifPose.positions). Otherwise like nifSetInstanceVertices. docs/answers.md has the
+ * order of operations: the same pose gives the same bits everywhere. An object without a skin, other numbers of joints or
+ * targets, values that are not finite, and poses that could move a vertex beyond 2^59, give NIF_ERROR_INVALID_ARGUMENT.
+ *
+ * On a GPU, arrays in device memory (NIF_MEMORY_DEVICE) are copied to the host by the stream, and the call returns at
+ * once: do not change them until the stream has executed the copy. Later work of the same stream may. The next commit
+ * waits for the copies and moves the vertices on the CPU, with the same bits; only then are values refused
+ * (nifCommitScene). Of several poses of an instance, the last call counts. The first such call for an instance, and one
+ * that copies more bytes than any before, allocate pinned host memory. If the driver fails in the middle of a call, an
+ * earlier pose in device memory may be lost that is not committed yet: the commit reports that, too. */
 NIF_API NifError nifPoseInstance(NifScene scene, uint32_t instance, const NifPose* pose);
 
 typedef struct NifInstanceInfo {
@@ -513,6 +529,10 @@ NIF_API NifError nifGetInstanceInfo(NifScene scene, uint32_t instance, NifInstan
  * by a mask that was 0), the hierarchy over the instances is rebuilt, in O(n log n) for n instances: about
  * 5 ms for 10,000. After other changes it is refitted, unless that makes it much worse. Without changes the
  * call does nothing.
+ *
+ * Poses in device memory (NifPose.memory) arrive here. If values of one are refused, as nifPoseInstance would, its
+ * instance keeps the vertices that it had; all else is committed, and the call gives NIF_ERROR_INVALID_ARGUMENT with
+ * a message that names the instance. NifSceneInfo.committed tells this from a commit that failed.
  *
  * On a GPU it also copies the scene and its new assets to the GPU, after the scene's own queries there have
  * finished. If that fails (NIF_ERROR_OUT_OF_DEVICE_MEMORY, NIF_ERROR_DEVICE_LOST), the scene is committed for

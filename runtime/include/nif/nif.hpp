@@ -379,6 +379,10 @@ class Scene : public Handle<NifScene, nifRetainScene, nifReleaseScene> {
     pose.joint_count = uint32_t(joints.size());
     pose.weights = weights.data();
     pose.target_count = uint32_t(weights.size());
+    pose_instance(instance, pose);
+  }
+  /// The same for arrays of any kind of memory, and vertices of your own (NifPose::positions).
+  void pose_instance(uint32_t instance, const NifPose& pose) {
     check(nifPoseInstance(pointer_, instance, &pose));
   }
   void set_instance_origin(uint32_t instance, const std::array<double, 3>& origin) {

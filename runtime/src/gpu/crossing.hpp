@@ -27,6 +27,7 @@ constexpr uint64_t gpu_layout() {
                                   &GpuDescription::driver, &GpuDescription::memory, &GpuDescription::place,
                                   &GpuDescription::trouble});
   hash.structure<GpuSettings>({&GpuSettings::way, &GpuSettings::half});
+  hash.structure<FetchedArray>({&FetchedArray::array, &FetchedArray::bytes, &FetchedArray::name});
   hash.structure<GpuPlacedObject>(
       {&GpuPlacedObject::asset, &GpuPlacedObject::object, &GpuPlacedObject::number});
   hash.structure<GpuSceneView>({&GpuSceneView::nodes, &GpuSceneView::instances, &GpuSceneView::users,

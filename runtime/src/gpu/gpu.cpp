@@ -130,7 +130,10 @@ void Gpu::upload(NifSceneObject& scene) {
 }
 
 void Gpu::free(NifAssetObject& asset) noexcept { module_.free_asset(device_, asset.on_gpu); }
-void Gpu::free(BentObject& bent) noexcept { module_.free_asset(device_, bent.on_gpu); }
+void Gpu::free(BentObject& bent) noexcept {
+  module_.free_asset(device_, bent.on_gpu);
+  module_.free_fetch(device_, bent.fetched());
+}
 void Gpu::free(NifSceneObject& scene) noexcept { module_.free_scene(device_, scene.on_gpu); }
 
 void Gpu::query(NifSceneObject& scene, const NifRays& rays, const NifAnswers& answers) {
@@ -167,6 +170,21 @@ void Gpu::check_host_array(const NifDeviceObject& device, const void* array, con
   const NifError code = module_.check_host_array(device_, array, name, &message);
   if (code == NIF_ERROR_DEVICE_LOST) lose(device, message);
   if (code == NIF_ERROR_WRONG_POINTER) throw Failure(code, message.text);
+}
+
+void Gpu::fetch(const NifDeviceObject& device, std::span<const FetchedArray> arrays, void* stream,
+                GpuFetch*& fetch) {
+  GpuMessage message;
+  check(device,
+        module_.fetch_arrays(device_, arrays.data(), uint32_t(arrays.size()), stream, &fetch, &message),
+        message);
+}
+
+const unsigned char* Gpu::wait(const NifDeviceObject& device, GpuFetch& fetch) {
+  GpuMessage message;
+  const unsigned char* bytes = nullptr;
+  check(device, module_.wait_fetch(device_, &fetch, &bytes, &message), message);
+  return bytes;
 }
 
 static_assert(uint32_t(GpuMeasure::single_bvh) == NIF_MEASURE_SINGLE_BVH &&

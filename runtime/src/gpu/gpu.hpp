@@ -5,6 +5,7 @@
 #include <atomic>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -51,6 +52,11 @@ class Gpu {
   void check_host_query(const NifDeviceObject& device, const Request& request);
   /// Checks an array that the CPU reads and that may be null, likewise. `name`: of the array, for the message.
   void check_host_array(const NifDeviceObject& device, const void* array, const char* name);
+  /// Copies arrays to the host, as fetch_arrays() of the module.
+  void fetch(const NifDeviceObject& device, std::span<const FetchedArray> arrays, void* stream,
+             GpuFetch*& fetch);
+  /// Returns where the copies are, as wait_fetch().
+  const unsigned char* wait(const NifDeviceObject& device, GpuFetch& fetch);
   void measure(NifSceneObject& scene, const NifRays& rays, const NifAnswers& answers, GpuMeasure measure,
                uint32_t rounds, double* seconds);
 

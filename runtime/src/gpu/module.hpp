@@ -17,7 +17,7 @@
 namespace nif::runtime {
 
 /// Increase it whenever this interface changes.
-inline constexpr uint32_t kGpuModuleVersion = 8;
+inline constexpr uint32_t kGpuModuleVersion = 9;
 /// The module's only symbol: const GpuModule* nif_gpu_module(void).
 inline constexpr const char* kGpuModuleSymbol = "nif_gpu_module";
 
@@ -68,6 +68,7 @@ struct GpuDevice;
 struct GpuAsset;
 struct GpuScene;
 struct GpuJob;
+struct GpuFetch;
 
 /// An object of a scene; its asset is on the device.
 struct GpuPlacedObject {
@@ -84,6 +85,13 @@ struct GpuSceneView {
   uint64_t node_count, instance_count, object_count;
   uint32_t sole;          ///< the only instance that rays can meet, or kernels::kNoInstance
   uint32_t unproven = 0;  ///< 1: rays can meet an instance whose file proves nothing
+};
+
+/// An array in memory of the GPU that the CPU wants to read.
+struct FetchedArray {
+  const void* array;  ///< null: bytes is 0
+  uint64_t bytes;
+  const char* name;  ///< for messages
 };
 
 struct GpuModule {
@@ -128,6 +136,17 @@ struct GpuModule {
                                const NifOpenRays* open, const NifHits* hits, GpuMessage* message);
   /// Checks an array that the CPU reads, and that may be null. `name`: of the array, for the message.
   NifError (*check_host_array)(GpuDevice* device, const void* array, const char* name, GpuMessage* message);
+  /// Puts copies of arrays to host memory into the stream, and does not wait, unless *fetch must grow while copies are
+  /// under way. Makes *fetch if it is null; otherwise overwrites what it has. If the call fails when it has begun to
+  /// overwrite, wait_fetch() fails, too.
+  NifError (*fetch_arrays)(GpuDevice* device, const FetchedArray* arrays, uint32_t count, void* stream,
+                           GpuFetch** fetch, GpuMessage* message);
+  /// Waits for the last copies. *bytes receives where they are, one array right behind the other, until the next
+  /// fetch_arrays().
+  NifError (*wait_fetch)(GpuDevice* device, GpuFetch* fetch, const unsigned char** bytes,
+                         GpuMessage* message);
+  /// Waits for copies that are under way.
+  void (*free_fetch)(GpuDevice* device, GpuFetch* fetch);
   /// Copies a query in host memory to the device, answers it once and then `rounds` times, and measures how
   /// long each round took on the device: seconds[rounds], or [rounds][kMeasuredStages] for stages.
   NifError (*measure_query)(GpuDevice* device, GpuScene* scene, const NifRays* rays,

@@ -26,6 +26,20 @@ float value_at(const float* positions, uint64_t stride, uint64_t v, uint32_t i) 
   return value;
 }
 
+/// Of vertices in memory of the GPU, in bytes: what lies between them is copied, too.
+constexpr uint64_t kMostStride = 2048;
+
+/// Where vertices lie in memory, if strides are at most kMostStride.
+struct VertexSpan {
+  uint64_t bytes;
+  uint64_t before;  ///< from its first byte to vertex 0, which is the last one if the stride is negative
+};
+VertexSpan span_of(uint64_t stride, uint32_t last_vertex) {
+  const bool backwards = stride > kMostStride;
+  const uint64_t between = last_vertex * (backwards ? 0 - stride : stride);
+  return {between + 3 * sizeof(float), backwards ? between : 0};
+}
+
 /// Largest magnitude of some numbers; infinity if one is not finite.
 float largest_of(const float* numbers, uint64_t count) {
   float largest = 0;
@@ -138,6 +152,7 @@ void BendingObject::number_vertices(const kernels::SourceTriangles& numbers) {
   for (uint32_t n = 0; n < count; ++n) number[order[n]] = n;
   sources_.reserve(count);
   for (const uint32_t i : order) sources_.push_back(used[i].source);
+  last_source_ = count > 0 ? used.back().source : 0;
   for (uint32_t v = 0; v < field_->vertex_count; ++v) {
     const Used wanted{kernels::source_triangle(numbers, v), 0, 0, 0};
     vertices_[v] =
@@ -210,6 +225,7 @@ void BentObject::set_vertices(const float* positions, uint64_t stride) {
     for (uint32_t i = 0; i < 3; ++i) positions_[v].at[i] = value_at(positions, stride, sources[v], i);
   changed_ = true;
   posed_ = poses_ = false;
+  expected_ = {};
 }
 
 void BentObject::rest() {
@@ -217,9 +233,19 @@ void BentObject::rest() {
   changed_ = true;
   posed_ = true;
   poses_ = false;
+  expected_ = {};
 }
 
-void BentObject::pose(const NifPose& pose) {
+void BentObject::check(const NifPose& pose) const {
+  if (pose.positions != nullptr) {
+    if (pose.joints != nullptr || pose.weights != nullptr || pose.joint_count != 0 || pose.target_count != 0)
+      refuse_argument("the pose has positions, and joints or weights, too");
+    const uint64_t stride = pose.position_stride;
+    if (pose.memory == NIF_MEMORY_DEVICE && std::min(stride, 0 - stride) > kMostStride)
+      refuse_argument("positions: the stride is more than " + std::to_string(kMostStride) +
+                      " bytes, which is the most in device memory");
+    return;
+  }
   const kernels::SkinField* const skin = shared_->skin();
   if (skin == nullptr) refuse_argument("the object has no skin; nifSetInstanceVertices can move it");
   if (pose.joint_count != skin->joint_count)
@@ -230,6 +256,17 @@ void BentObject::pose(const NifPose& pose) {
                     " morph targets, but the object has " + std::to_string(skin->target_count));
   if (pose.joint_count != 0) require_argument(pose.joints, "joints");
   if (pose.target_count != 0) require_argument(pose.weights, "weights");
+}
+
+void BentObject::pose(const NifPose& pose) {
+  check(pose);
+  if (pose.positions != nullptr)
+    set_vertices(pose.positions, pose.position_stride);
+  else
+    pose_by_skin(pose);
+}
+
+void BentObject::pose_by_skin(const NifPose& pose) {
   // No vertex may overflow, or come farther than a tree can hold: bounded before the first is moved.
   const float joints = largest_of(pose.joints, uint64_t{pose.joint_count} * 12);
   const float weights = largest_of(pose.weights, pose.target_count);
@@ -248,6 +285,43 @@ void BentObject::pose(const NifPose& pose) {
   target_count_ = pose.target_count;
   changed_ = true;
   posed_ = poses_ = true;
+  expected_ = {};
+}
+
+void BentObject::fetch(NifDeviceObject& device, const NifPose& pose) {
+  check(pose);
+  FetchedArray arrays[] = {{pose.joints, uint64_t{pose.joint_count} * 12 * sizeof(float), "pose: joints"},
+                           {pose.weights, uint64_t{pose.target_count} * sizeof(float), "pose: weights"}};
+  uint32_t count = 2;
+  if (pose.positions != nullptr) {
+    const VertexSpan span = span_of(pose.position_stride, shared_->last_source());
+    arrays[0] = {
+        reinterpret_cast<const void*>(reinterpret_cast<uintptr_t>(pose.positions) - uintptr_t(span.before)),
+        span.bytes, "pose: positions"};
+    count = 1;
+  }
+  device.gpu->fetch(device, std::span(arrays, count), pose.stream, fetched_);
+  // With positions, the other array has no bytes.
+  fetched_bytes_ = std::max(fetched_bytes_, arrays[0].bytes + arrays[1].bytes);
+  expected_ = pose;
+}
+
+void BentObject::receive(NifDeviceObject& device) {
+  try {
+    const unsigned char* const bytes = device.gpu->wait(device, *fetched_);
+    NifPose here = expected_;
+    if (here.positions != nullptr) {
+      const VertexSpan span = span_of(here.position_stride, shared_->last_source());
+      here.positions = reinterpret_cast<const float*>(bytes + span.before);
+    } else {
+      here.joints = reinterpret_cast<const float*>(bytes);
+      here.weights = here.joints + uint64_t{here.joint_count} * 12;
+    }
+    pose(here);
+  } catch (const Failure&) {
+    expected_ = {};
+    throw;
+  }
 }
 
 NIF_COMPUTES void BentObject::move_by_skin() {
@@ -311,7 +385,7 @@ size_t BentObject::bytes() const {
          joints_.capacity() * sizeof(kernels::JointMatrix) + weights_.capacity() * sizeof(float) +
          nodes_.capacity() * sizeof(kernels::BvhNode) + vertices_.capacity() * sizeof(float) +
          boxes_.capacity() * sizeof(kernels::VertexBox) + kernel_->built_bytes().decoded_triangles +
-         kernel_.get_deleter().bytes;
+         kernel_.get_deleter().bytes + fetched_bytes_;
 }
 
 }  // namespace nif::runtime

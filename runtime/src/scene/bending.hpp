@@ -15,10 +15,12 @@
 #include "scene/kernel.hpp"
 
 struct NifAssetObject;
+struct NifDeviceObject;
 
 namespace nif::runtime {
 
 struct GpuAsset;
+struct GpuFetch;
 
 /// A vertex: x, y, z, and what is not a coordinate.
 struct alignas(16) Vertex {
@@ -46,6 +48,7 @@ class BendingObject {
     return sources_;
   }                                                       ///< of each vertex, its number in the source
   std::span<const Vertex> rest() const { return rest_; }  ///< where the points are at rest; the last is 1
+  uint32_t last_source() const { return last_source_; }   ///< the highest of them
   const kernels::SkinOrder& skin_order() const { return order_; }  ///< of the points
   /// Of a vertex of the field; if `posed`, the point.
   uint32_t vertex_of(uint32_t stored, bool posed) const {
@@ -73,6 +76,7 @@ class BendingObject {
   const kernels::SkinField* skin_;
   kernels::SkinOrder order_{};
   std::pmr::vector<uint32_t> sources_, vertices_;
+  uint32_t last_source_ = 0;
   std::pmr::vector<uint32_t> points_;  ///< of each vertex; empty if each is a point
   std::pmr::vector<uint32_t> corners_, point_corners_;
   std::pmr::vector<Vertex> rest_;
@@ -94,8 +98,14 @@ class BentObject {
 
   /// These change nothing if they throw Failure; they take effect by refit().
   void set_vertices(const float* positions, uint64_t stride);
-  void pose(const NifPose& pose);
+  void pose(const NifPose& pose);  ///< in memory that the CPU can read
   void rest();
+  /// A pose in memory of the GPU: fetch() begins to copy it, receive() waits and does what pose() does. Until then it is
+  /// expected(), unless one of the above comes later. If fetch() throws before it has begun, nothing changes; if
+  /// receive() throws, the pose is no longer expected.
+  void fetch(NifDeviceObject& device, const NifPose& pose);
+  void receive(NifDeviceObject& device);
+  bool expected() const { return expected_.struct_size != 0; }
 
   /// Moves vertices and boxes, if anything has changed. Allocates nothing. Those of several objects may run at the same time.
   void refit();
@@ -104,10 +114,14 @@ class BentObject {
   void forget_refit() { refitted_ = false; }
   size_t bytes() const;
 
-  GpuAsset* on_gpu = nullptr;   ///< the runtime's GPU frees it
-  bool current_on_gpu = false;  ///< copied since the last refit()
+  GpuAsset* on_gpu = nullptr;                     ///< the runtime's GPU frees it
+  bool current_on_gpu = false;                    ///< copied since the last refit()
+  GpuFetch* fetched() const { return fetched_; }  ///< likewise
 
  private:
+  /// Throws Failure unless the pose is one of this object, whatever its values.
+  void check(const NifPose& pose) const;
+  void pose_by_skin(const NifPose& pose);
   void move_by_skin();
   kernels::VertexBox box_of_positions() const;
 
@@ -125,6 +139,9 @@ class BentObject {
   bool changed_ = true, refitted_ = false;
   bool posed_ = true;   ///< `positions_` has points, or will have
   bool poses_ = false;  ///< the last pose has not moved them yet
+  GpuFetch* fetched_ = nullptr;
+  NifPose expected_{};          ///< that is being copied there; struct_size 0: none
+  uint64_t fetched_bytes_ = 0;  ///< most that were copied
 };
 
 }  // namespace nif::runtime

@@ -253,6 +253,32 @@ uint32_t find_sole(const NifSceneObject& scene) {
   return awake == 1 ? sole : kernels::kNoInstance;
 }
 
+/// Takes the poses that come from memory of the GPU. Returns which one was refused, and why: that of the lowest instance.
+std::optional<Failure> receive_poses([[maybe_unused]] NifSceneObject& scene) {
+  std::optional<Failure> refused;
+#ifndef NIF_WITHOUT_BENDING
+  NifDeviceObject& device = *scene.device.get();
+  uint32_t lowest = kernels::kNoInstance, others = 0;
+  for (const BentInstance& bent : scene.bent) {
+    if (bent.instance == kernels::kNoInstance || !bent.own->expected()) continue;
+    try {
+      bent.own->receive(device);
+    } catch (const Failure& failure) {
+      const std::string sentence = "instance " + std::to_string(bent.instance) + ": " + failure.what() +
+                                   "; it keeps the vertices that it had";
+      if (failure.code() != NIF_ERROR_DEVICE_LOST) device.log(NIF_LOG_WARNING, [&] { return sentence; });
+      others += refused.has_value();
+      if (bent.instance > lowest) continue;
+      lowest = bent.instance;
+      refused.emplace(failure.code(), sentence);
+    }
+  }
+  if (others > 0)
+    refused.emplace(refused->code(), refused->what() + (", and so do " + std::to_string(others)) + " more");
+#endif
+  return refused;
+}
+
 /// Refits the instances that have bent.
 void commit_bent([[maybe_unused]] NifSceneObject& scene) {
 #ifndef NIF_WITHOUT_BENDING
@@ -494,7 +520,7 @@ BentObject& bend(NifSceneObject& scene, uint32_t instance) {
 
 void BentInstance::free(NifSceneObject& scene) {
   if (own == nullptr) return;
-  if (own->on_gpu) scene.device->gpu->free(*own);
+  if (own->on_gpu || own->fetched()) scene.device->gpu->free(*own);
   destroy(scene.device->memory(), std::exchange(own, nullptr));
 }
 
@@ -540,9 +566,25 @@ void set_vertices(NifSceneObject& scene, uint32_t instance, const float* positio
 }
 
 void pose(NifSceneObject& scene, uint32_t instance, const NifPose& pose) {
-  check_host_array(scene, pose.joints, "joints");
-  check_host_array(scene, pose.weights, "weights");
-  change_bent(scene, instance, [&](BentObject& bent) { bent.pose(pose); });
+  NifDeviceObject& device = *scene.device.get();
+  const bool there = pose.memory == NIF_MEMORY_DEVICE;
+  const auto refuse = [](const char* why) { throw Failure(NIF_ERROR_NOT_AVAILABLE, why); };
+  if (!there && pose.memory != NIF_MEMORY_HOST)
+    refuse_argument("pose: unknown memory kind " + std::to_string(pose.memory));
+  if (pose.flags != 0) refuse("pose: flags is not 0, and this version has no flags");
+  if (there && !device.gpu) refuse("pose: device memory needs a GPU backend; this device is a CPU");
+  if (!there && pose.stream) refuse("pose: the CPU reads host memory, and has no streams");
+  if (!there) {
+    check_host_array(scene, pose.joints, "joints");
+    check_host_array(scene, pose.weights, "weights");
+    check_host_array(scene, pose.positions, "positions");
+  }
+  change_bent(scene, instance, [&](BentObject& bent) {
+    if (there)
+      bent.fetch(device, pose);
+    else
+      bent.pose(pose);
+  });
 }
 
 NifInstanceInfo describe_instance(const NifSceneObject& scene, uint32_t instance) {
@@ -564,6 +606,7 @@ NifInstanceInfo describe_instance(const NifSceneObject& scene, uint32_t instance
 
 void commit(NifSceneObject& scene) {
   std::optional<Gpu>& gpu = scene.device->gpu;
+  const std::optional<Failure> refused = receive_poses(scene);
   if (!scene.committed) commit_instances(scene);
   if (gpu && !scene.ready_on_gpu) {
     try {
@@ -581,6 +624,7 @@ void commit(NifSceneObject& scene) {
       scene.objects[bent.object] = {};
       bent.free(scene);
     }
+  if (refused) throw *refused;
 }
 
 NifSceneInfo describe(const NifSceneObject& scene) {

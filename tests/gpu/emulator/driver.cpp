@@ -44,14 +44,14 @@ struct Mark {
 /// The driver's state, for all GPUs.
 class Ledger {
  public:
-  void* allocate(uint32_t gpu, uint64_t bytes) {
+  void* allocate(uint32_t gpu, uint64_t bytes, bool managed) {
     const std::lock_guard lock(mutex_);
     check_lost();
     if (is_due(machine.fail_allocation))
       throw GpuError(NIF_ERROR_OUT_OF_DEVICE_MEMORY, "GPU: the emulated device has no memory left");
     void* memory = std::aligned_alloc(256, (bytes + 511) / 256 * 256);
     std::memset(memory, 0xa5, bytes);
-    memory_[static_cast<char*>(memory)] = {bytes, gpu};
+    memory_[static_cast<char*>(memory)] = {bytes, gpu, managed};
     ++machine.allocations;
     machine.allocated += bytes;
     return memory;
@@ -72,6 +72,7 @@ class Ledger {
     if (at == memory_.begin()) return PointerKind::host;
     --at;
     if (address >= at->first + at->second.bytes) return PointerKind::host;
+    if (at->second.managed) return PointerKind::both;
     return at->second.gpu == gpu ? PointerKind::device : PointerKind::other_device;
   }
 
@@ -135,6 +136,7 @@ class Ledger {
   struct Piece {
     uint64_t bytes;
     uint32_t gpu;
+    bool managed;
   };
   std::mutex mutex_;
   std::map<char*, Piece> memory_;
@@ -199,14 +201,23 @@ class EmulatedContext final : public Context {
 
   void* allocate(size_t bytes) override {
     check_entered();
-    return ledger().allocate(gpu_, bytes);
+    return ledger().allocate(gpu_, bytes, false);
   }
   void free(void* memory) noexcept override { ledger().free(memory); }
   void* allocate_host(size_t bytes) override {
     check_lost();
-    return std::aligned_alloc(256, (bytes + 255) / 256 * 256);
+    if (is_due(machine.fail_pinning))
+      throw GpuError(NIF_ERROR_OUT_OF_DEVICE_MEMORY, "GPU: the emulated machine cannot pin more memory");
+    void* memory = nullptr;
+    if (posix_memalign(&memory, 256, bytes) != 0) throw std::bad_alloc();
+    ++machine.pinnings;
+    ++machine.pinned;
+    return memory;
   }
-  void free_host(void* memory) noexcept override { std::free(memory); }
+  void free_host(void* memory) noexcept override {
+    --machine.pinned;
+    std::free(memory);
+  }
   void copy_in(void* to, const void* from, size_t bytes, Stream stream) override {
     check_entered();
     if (kind_of(to) != PointerKind::device) std::abort();
@@ -215,7 +226,10 @@ class EmulatedContext final : public Context {
   }
   void copy_out(void* to, const void* from, size_t bytes, Stream stream) override {
     check_entered();
-    if (kind_of(from) != PointerKind::device) std::abort();
+    if (const PointerKind kind = kind_of(from); kind != PointerKind::device && kind != PointerKind::both)
+      std::abort();
+    if (is_due(machine.fail_copy_out))
+      throw GpuError(NIF_ERROR_UNKNOWN, "GPU: copying from the GPU: refused");
     ledger().put(queue_of(stream), [=] { std::memcpy(to, from, bytes); });
   }
 
@@ -352,10 +366,14 @@ Drivers find_drivers() {
 
 extern "C" NIF_API nif::test::EmulatedMachine* nif_emulated_machine(void) {
   using namespace nif::gpu;
-  machine.allocate = [](uint32_t gpu, uint64_t bytes) { return ledger().allocate(gpu, bytes); };
+  machine.allocate = [](uint32_t gpu, uint64_t bytes) { return ledger().allocate(gpu, bytes, false); };
+  machine.allocate_managed = [](uint32_t gpu, uint64_t bytes) { return ledger().allocate(gpu, bytes, true); };
   machine.free = [](void* memory) { ledger().free(memory); };
   machine.make_stream = [](uint32_t gpu) -> void* { return ledger().make_queue(gpu); };
   machine.free_stream = [](void* stream) { ledger().free_queue(static_cast<Queue*>(stream)); };
   machine.wait_stream = [](void* stream) { ledger().drain(*static_cast<Queue*>(stream), ~size_t{0}); };
+  machine.launch = [](void* stream, std::function<void()> kernel) {
+    ledger().put(*static_cast<Queue*>(stream), std::move(kernel));
+  };
   return &machine;
 }

@@ -7,6 +7,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <stdexcept>
 #include <string>
 
@@ -37,6 +38,8 @@ struct EmulatedMachine {
 
   // Faults. Counted down with each such call; the call that finds 1 fails. 0: never.
   std::atomic<uint32_t> fail_allocation = 0;  ///< memory of a GPU
+  std::atomic<uint32_t> fail_pinning = 0;     ///< host memory
+  std::atomic<uint32_t> fail_copy_out = 0;    ///< from a GPU
   std::atomic<uint32_t> fail_launch = 0;      ///< and with it the GPU is lost
   std::atomic<uint32_t> fail_asking = 0;      ///< whether an event is done
   std::atomic<uint32_t> fail_record = 0;      ///< of an event
@@ -57,16 +60,21 @@ struct EmulatedMachine {
   std::atomic<uint32_t> allocations = 0;          ///< of GPUs' memory that are not freed
   std::atomic<uint64_t> allocated = 0;            ///< their bytes
   std::atomic<uint32_t> uploads = 0;              ///< copies to a GPU
+  std::atomic<uint32_t> pinnings = 0;             ///< of host memory, ever
+  std::atomic<uint32_t> pinned = 0;               ///< those that are not freed
   std::atomic<uint32_t> waits = 0;                ///< of the host for streams and events
   std::atomic<uint32_t> held_back = 0;            ///< streams that were made to wait for events
   std::atomic<uint32_t> streams = 0, events = 0;  ///< that are not freed
 
   // What a program would get from the driver itself.
   void* (*allocate)(uint32_t gpu, uint64_t bytes) = nullptr;
+  void* (*allocate_managed)(uint32_t gpu, uint64_t bytes) = nullptr;
   void (*free)(void* memory) = nullptr;
   void* (*make_stream)(uint32_t gpu) = nullptr;
   void (*free_stream)(void* stream) = nullptr;
   void (*wait_stream)(void* stream) = nullptr;
+  /// A kernel of the program's own.
+  void (*launch)(void* stream, std::function<void()> kernel) = nullptr;
 };
 
 /// Of the module in this file.

@@ -1,8 +1,9 @@
 // Checks a GPU's answers, and times them: queries each asset's objects one by one and all together as a
 // crowd, then the objects of all assets in one scene whose instances are masked, disabled, removed, moved and
-// far away. Rays of several sets go to the scalar reference on the CPU and to the GPU: nifQuery, nifQueryOpen
-// and nifIntersect, and each answer is compared. Prints a table in Markdown, and the first answers that differ
-// to standard error. Ends with 1 if any answer differs, with 3 if there is no GPU. tests/gpu/run.sh builds it.
+// far away, then instances that bend by poses in the GPU's memory. Rays of several sets go to the scalar
+// reference on the CPU and to the GPU: nifQuery, nifQueryOpen and nifIntersect, and each answer is compared.
+// Prints a table in Markdown, and the first answers that differ to standard error. Ends with 1 if any answer
+// differs, with 3 if there is no GPU. tests/gpu/run.sh builds it.
 //
 //   gpu_proof [--rays N] [--rounds N] [--device N] [--module FILE] [FILE.nif...]
 //
@@ -170,6 +171,60 @@ class Proof {
         if (exists(i) && i != 1) scene.set_instance_flags(i, NIF_INSTANCE_DISABLED);
     });
     ask("mixed, one left, masks", mixed, Masked::each);
+  }
+
+  /// Instances that bend, by a skin and by vertices in turn: the GPU's scene takes both from memory of the GPU.
+  void ask_bent() {
+    constexpr uint32_t kInstances = 24;
+    format::Asset made = random_asset(2, {.objects = 0, .instances = 0, .bvhs = 1, .skins = 1});
+    format::Object& object = made.objects[0];
+    Random random(3);
+    object.skin = random_skin(random, object.skin->vertex_count, 4, 2);
+    const std::vector<std::byte> file = format::encode(made);
+    std::vector<nifkit::Asset> assets;
+    Scenes scenes(devices_);
+    for (size_t d = 0; d < 3; ++d) {
+      assets.push_back(nifkit::Asset::load(devices_[d], file));
+      for (uint32_t i = 0; i < kInstances; ++i)
+        scenes.of[d].add_instance(assets[d], 0, placed_alike(assets[0].object(0), i));
+    }
+    GpuArrays arrays(*gpu_);
+    // Twice, so that the memory of the first poses is used again.
+    for (uint32_t frame = 0; frame < 2; ++frame) {
+      for (uint32_t i = 0; i < kInstances; ++i) {
+        const bool by_skin = (i + frame) % 2 == 0;
+        std::vector<float> joints(by_skin ? size_t{object.skin->joint_count} * 12 : 0), weights, positions;
+        for (size_t k = 0; k < joints.size(); ++k)
+          joints[k] = (k % 12 % 5 == 0 ? 1.0f : 0.0f) + random.between(-0.2f, 0.2f);
+        for (uint32_t t = 0; by_skin && t < object.skin->target_count; ++t)
+          weights.push_back(random.between(-0.5f, 0.5f));
+        // A vertex of 5 words, as a compute shader might have it. Each of the object is one of the source.
+        for (uint32_t v = 0; !by_skin && v < object.skin->vertex_count; ++v)
+          for (size_t a = 0; a < 5; ++a) {
+            const bool stored = v < object.triangles->vertices.size() && a < 3;
+            positions.push_back(stored ? object.triangles->vertices[v][a] + random.between(-0.3f, 0.3f) : 0);
+          }
+        auto pose = nifkit::sized<NifPose>();
+        pose.joints = by_skin ? joints.data() : nullptr;
+        pose.weights = by_skin ? weights.data() : nullptr;
+        pose.joint_count = uint32_t(joints.size() / 12);
+        pose.target_count = uint32_t(weights.size());
+        pose.positions = by_skin ? nullptr : positions.data();
+        pose.position_stride = 20;
+        for (size_t d = 0; d < 2; ++d) scenes.of[d].pose_instance(i, pose);
+        if (by_skin) {
+          pose.joints = arrays.copy(joints);
+          pose.weights = arrays.copy(weights);
+        } else {
+          pose.positions = arrays.copy(positions);
+        }
+        pose.memory = NIF_MEMORY_DEVICE;
+        pose.stream = gpu_->stream();
+        scenes.of[2].pose_instance(i, pose);
+      }
+      for (nifkit::Scene& scene : scenes.of) scene.commit();
+    }
+    ask("bent: " + std::to_string(kInstances) + " instances", scenes);
   }
 
  private:
@@ -528,6 +583,7 @@ int run(const Options& options) {
     proof.add_asset("random", format::encode(random_asset(1, kinds)));
   }
   proof.ask_mixed();
+  proof.ask_bent();
   if (!proof.stages().empty())
     std::printf(
         "\nOpen rays, about which nothing is proven, by the pipeline: microseconds for a million of "
