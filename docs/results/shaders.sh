@@ -4,10 +4,46 @@
 # some ten minutes on two cores. Run it on an idle machine. RAYS and ROUNDS make it shorter, to try it.
 #
 #   NIF_TEST_MESHES=FOLDER NIF_TEST_GAMES=FOLDER docs/results/shaders.sh
+#   docs/results/shaders.sh --lines    only counts lines again, of the assets that an earlier run has baked
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
-: "${NIF_TEST_MESHES:?names the folder that holds the meshes}" "${NIF_TEST_GAMES:?names the folder that holds the scenes}"
 nif=build/release/bin/nif speed=build/release/bin/shader_speed out=build/shaders rays=${RAYS:-100000} rounds=${ROUNDS:-3}
+page=docs/results/shaders.md
+
+# count_lines ASSET OPTIONS...: a row about the texts that `nif export-shader` writes.
+count_lines() {
+  local folder sections
+  folder=$(mktemp -d)
+  sections=$("$nif" export-shader "$out/$1.nif" -o "$folder" "${@:2}" | sed -n 's/^sections of the functions: //p')
+  printf '| `%s` | %s | %d | %d | %.1f |\n' "$*" "$sections" "$(wc -l <"$folder/nif.glsl")" "$(wc -l <"$folder/nif.wgsl")" \
+    "$(gzip -9 -n -c "$folder/nif.wgsl" | wc -c | awk '{ print $1 / 1000 }')"
+  rm -r "$folder"
+}
+print_lines() {
+  cat <<'SECTION'
+## Lines
+
+Of the texts that `nif export-shader` writes for these assets, comments included. Our goal for one object is 450.
+
+| asset | sections | GLSL, lines | WGSL, lines | WGSL by gzip, kB |
+| --- | --- | ---: | ---: | ---: |
+SECTION
+  count_lines dragon-segment
+  count_lines dragon-bvh
+  count_lines dragon-exact
+  count_lines town-bvh
+  count_lines town-exact
+  count_lines town-bvh --whole
+}
+if [[ ${1-} == --lines ]]; then
+  print_lines >"$out/lines"
+  awk -v lines="$out/lines" '
+    /^## / { skipped = /^## Lines$/; if (skipped) { while ((getline line <lines) > 0) print line; print "" } }
+    !skipped' "$page" >"$page.new"
+  mv "$page.new" "$page"
+  exit 0
+fi
+: "${NIF_TEST_MESHES:?names the folder that holds the meshes}" "${NIF_TEST_GAMES:?names the folder that holds the scenes}"
 load=$(cut -d' ' -f1 /proc/loadavg)
 cmake --build build/release --target nif shader_speed shader_registers >&2
 mkdir -p "$out"
@@ -85,6 +121,10 @@ the surface area heuristic, and goes to the nearer child first; CWBVH has the co
 Where both of our rows of a scene have the same bytes, `exact` found no planes that pay, and stored `bvh`: what their speeds differ by is noise.
 Lavapipe runs eight rays together, so that they wait for the longest.
 
+PAGE
+  print_lines
+  cat <<'PAGE'
+
 ## Registers
 
 By Mesa's driver for AMD's gfx1100, which compiles without a card. `planes` is `nif_query` without the text for triangles, `default` with it.
@@ -104,5 +144,5 @@ boxes of the dragon 27 to 38 % less often, of the ship 14 to 20 %, of the town a
 lavapipe the dragon's first hits became 1 to 1.4 times as fast, those of the others 0.6 to 1 times. The message of the commit that made this page
 measure by the processor's time has all figures.
 PAGE
-} >docs/results/shaders.md.new
-mv docs/results/shaders.md.new docs/results/shaders.md
+} >"$page.new"
+mv "$page.new" "$page"

@@ -3,43 +3,51 @@
 //   NifAnswer answer = nif_query(0u, origin, direction, 0.0, 1.0e30);
 //   if (answer.visible) ...
 //
-// Bind the words of nifGetShaderTables as a read-only storage buffer. Before you include this file you may define:
-//   NIF_SET, NIF_BINDING  where the buffer is bound (0, 0)
-//   NIF_WORD(i)           reads word i from somewhere else; then nothing is bound here
-//   NIF_NETWORK_WORDS     room for a network's inputs in words of 4: 12 is enough for all that `nif bake` makes
-//   NIF_CERTAIN_REACH     how far away, in finest cells, a ray may start for a proof: 8192, which holds in the loosest
-//                         arithmetic that Vulkan allows, or 16384 if the device's is known to be IEEE's (docs/shaders.md)
-//   NIF_PROVES            false: no answer is certain, for compilers that do not heed `precise`
-//   NIF_TRIANGLES         false: leaves out all that reads triangles; objects that have some are then left open
+// Bind the words of nifGetShaderTables as a read-only storage buffer. Define what you want otherwise than below before you
+// include this file. What to call is at the end, and docs/shaders.md says more.
 //
-// The arithmetic is that of the CPU, operation by operation: each result has a name and is `precise`, so that no
-// compiler fuses or reorders it. No stack, no pointers, no array in memory that is not the buffer. Public names are at
-// the end. nif_header(k), nif_number(k) and nif_table(k, i) read word k of the object's header, which docs/shaders.md
-// describes, or word i of the table that begins there.
+// The arithmetic is that of the CPU, operation by operation: each sum, product and quotient makes a `precise` value, so
+// that no compiler fuses or reorders it. No stack, no pointers, no array in memory that is not the buffer.
 
 #ifndef NIF_SET
-#define NIF_SET 0
+#define NIF_SET 0  // where the buffer is bound
 #endif
 #ifndef NIF_BINDING
 #define NIF_BINDING 0
 #endif
-#ifndef NIF_NETWORK_WORDS
-#define NIF_NETWORK_WORDS 12
-#endif
-#ifndef NIF_CERTAIN_REACH
-#define NIF_CERTAIN_REACH 8192.0
-#endif
-#ifndef NIF_PROVES
-#define NIF_PROVES true
-#endif
-#ifndef NIF_TRIANGLES
-#define NIF_TRIANGLES true
-#endif
-#ifndef NIF_WORD
+#ifndef NIF_WORD  // (i): reads word i. If you define it, nothing is bound here
 layout(std430, set = NIF_SET, binding = NIF_BINDING) readonly buffer NifTables {
   uint nif_words[];
 };
 #define NIF_WORD(i) nif_words[i]
+#endif
+#ifndef NIF_PROVES
+#define NIF_PROVES true  // false: no answer is certain, for compilers that do not heed `precise`
+#endif
+#ifndef NIF_PLANES
+#define NIF_PLANES 1  // 0 leaves out all that only planes need. So do the next four. Objects that have such parts are left open
+#endif
+#ifndef NIF_NETWORK
+#define NIF_NETWORK 1  // a ray that the planes leave open stays open
+#endif
+#ifndef NIF_TRIANGLES
+#define NIF_TRIANGLES 1
+#endif
+#ifndef NIF_SCENES
+#define NIF_SCENES 1
+#endif
+#ifndef NIF_FIRST_HITS
+#define NIF_FIRST_HITS 1  // of triangles
+#endif
+#if NIF_PLANES || NIF_SCENES
+#ifndef NIF_CERTAIN_REACH  // how far away, in finest cells, a ray may start for a proof: this holds in the loosest arithmetic
+#define NIF_CERTAIN_REACH 8192.0  // that Vulkan allows. 16384 if the device's is known to be IEEE's
+#endif
+#endif
+#if NIF_PLANES && NIF_NETWORK
+#ifndef NIF_NETWORK_WORDS
+#define NIF_NETWORK_WORDS 12  // room for a network's inputs, in words of 4: enough for all that `nif bake` makes
+#endif
 #endif
 
 struct NifAnswer {
@@ -52,6 +60,7 @@ struct NifAnswer {
   uint instance;      // of a scene: what blocks the ray; NIF_NONE if it is visible, or of an object alone
 };
 
+#if NIF_TRIANGLES && NIF_FIRST_HITS
 struct NifHit {
   bool hit;
   bool certain;   // it is proven that nothing is hit, or that this triangle is hit first
@@ -62,51 +71,19 @@ struct NifHit {
   float v;
   uint instance;  // of a scene
 };
+#endif
 
 const uint NIF_NONE = 0xffffffffu;
 const int NIF_CERTAIN_LOGIT = 0x7fffffff;
 
-// ---- State of a traversal. Space is the grid's, whose unit is a finest cell.
+// ---- Words and numbers
 
-uint nif_object;           // first word of the object's header
-uvec3 nif_voxels;          // of the grid
-uint nif_levels;           // how often voxels are cut
-uint nif_voxel_words;      // where their table begins
-uint nif_children;
-vec3 nif_origin;
-vec3 nif_direction;
-vec3 nif_inverse;          // 1 / direction, 0 where that is 0
-bvec3 nif_flat;            // where the direction is 0
-bvec3 nif_down;            // where it is negative
-ivec3 nif_cell;            // the finest cell; counted by -1 - cell along axes with negative direction
-float nif_enter;           // t where the segment enters the grid, or begins
-float nif_leave;           // t where it leaves it, or ends
-bool nif_enters;           // it enters from outside
-bool nif_leaves;
-bool nif_near;             // it starts near enough for proofs
-float nif_now;
-uint nif_seen;             // sides that it has been on: 1 outside, 2 inside
-bool nif_blocked;
-uint nif_count;            // open intervals so far
-float nif_open_t;          // their length
-bool nif_starts_open;
-bool nif_ends_open;
-float nif_open_begin;
-float nif_open_end;
-
-// The second traversal of an open ray places sample points.
-bool nif_placing;
-uint nif_last;             // number of the last interval
-uint nif_placed;
-float nif_spacing;
-float nif_start;           // arc length at the start of the interval
-bool nif_reversed;
-uint nif_input[NIF_NETWORK_WORDS];
-uint nif_output[NIF_NETWORK_WORDS];
-
+float nif_float(uint at) { return uintBitsToFloat(NIF_WORD(at)); }
+vec3 nif_vector(uint at) { return vec3(nif_float(at), nif_float(at + 1u), nif_float(at + 2u)); }
+uint nif_object;  // first word of the object's header
+// Word k of that header.
 uint nif_header(uint k) { return NIF_WORD(nif_object + k); }
-float nif_number(uint k) { return uintBitsToFloat(nif_header(k)); }
-uint nif_table(uint k, uint i) { return NIF_WORD(nif_object + nif_header(k) + i); }
+float nif_number(uint k) { return nif_float(nif_object + k); }
 
 // By bits: compilers may assume that there are no infinities and NaNs.
 bool nif_is_finite(float x) { return (floatBitsToUint(x) & 0x7f800000u) != 0x7f800000u; }
@@ -117,47 +94,84 @@ float nif_infinity() { return uintBitsToFloat(0x7f800000u); }
 float nif_smaller(float a, float b) { return a < b ? a : b; }
 float nif_larger(float a, float b) { return a > b ? a : b; }
 float nif_largest(vec3 v) { return nif_larger(abs(v.z), nif_larger(abs(v.y), nif_larger(abs(v.x), 0.0))); }
+// The scalar product, in the CPU's order.
+float nif_product(vec3 a, vec3 b) {
+  precise float sum = a.x * b.x + a.y * b.y + a.z * b.z;
+  return sum;
+}
+
+// Whether there are points between tmin and tmax; whether there surely are none.
+bool nif_has_points(float tmin, float tmax) { return !nif_is_nan(tmin) && !nif_is_nan(tmax) && tmin <= tmax; }
+bool nif_no_points(float tmin, float tmax) { return !nif_is_nan(tmin) && !nif_is_nan(tmax) && tmin > tmax; }
+// Whether a direction can be computed with: from 2^-60 to 2^60.
+bool nif_moves(vec3 direction) {
+  float steepest = nif_largest(direction);
+  return nif_all_finite(direction) && steepest >= 8.67361737988403547e-19 && steepest <= 1.152921504606846976e18;
+}
+// Not where a number is not finite (tmin and tmax may be infinite), the origin is 2^126 or more, the direction does not
+// move, or there are no points.
+bool nif_is_valid(vec3 origin, vec3 direction, float tmin, float tmax) {
+  precise vec3 enlarged = origin * 4.0;
+  return nif_all_finite(enlarged) && nif_moves(direction) && nif_has_points(tmin, tmax);
+}
+
+// Of a ray of which nothing is known, and of one that was not guessed.
+NifAnswer nif_unknown(float tmin, float tmax) { return NifAnswer(false, false, -1, 0.5, tmin, tmax, NIF_NONE); }
+NifAnswer nif_known(bool visible, bool certain, float tmin, float tmax) {
+  int logit = visible ? NIF_CERTAIN_LOGIT : -NIF_CERTAIN_LOGIT;
+  return NifAnswer(visible, certain, logit, visible ? 1.0 : 0.0, tmin, tmax, NIF_NONE);
+}
+
+#if NIF_PLANES
+// ---- State of a traversal. Space is the grid's, whose unit is a finest cell.
+
+uvec3 nif_voxels;               // of the grid
+uint nif_levels;                // how often voxels are cut
+uint nif_voxel_words;           // where their table begins
+uint nif_children;
+vec3 nif_origin;
+vec3 nif_direction;
+vec3 nif_inverse;               // 1 / direction, 0 where that is 0
+bvec3 nif_flat;                 // where the direction is 0
+bvec3 nif_down;                 // where it is negative
+ivec3 nif_cell;                 // the finest cell; counted by -1 - cell along axes with negative direction
+float nif_enter, nif_leave;     // t where the segment enters and leaves the grid, or begins and ends
+bool nif_enters, nif_leaves;    // it enters from outside; it leaves
+bool nif_near;                  // it starts near enough for proofs
+float nif_now;
+uint nif_seen;                  // sides that it has been on: 1 outside, 2 inside
+bool nif_blocked;
+uint nif_count;                 // open intervals so far
+float nif_open_t;               // their length
+precise nif_open_t;
+bool nif_starts_open, nif_ends_open;
+float nif_open_begin, nif_open_end;
+#if NIF_NETWORK
+// The second traversal of an open ray places sample points.
+bool nif_placing;
+uint nif_last;                  // number of the last interval, from 1 on
+uint nif_placed;
+float nif_spacing;
+precise nif_spacing;
+float nif_start;                // arc length at the start of the interval
+bool nif_reversed;
+uint nif_input[NIF_NETWORK_WORDS];
+uint nif_output[NIF_NETWORK_WORDS];
+#endif
 
 // Truncates x to an integer from 0 to top; 0 if it is NaN.
 int nif_to_index(float x, int top) {
   if (nif_is_nan(x) || !(x > 0.0)) {
     return 0;
   }
-  if (!(x < float(top))) {
-    return top;
-  }
-  return clamp(int(x), 0, top);
+  return x < float(top) ? clamp(int(x), 0, top) : top;
 }
 
 // ---- The grid
 
-// Clips the segment to the grid along one axis. Returns false if it misses the grid.
-bool nif_clip(float origin, float inverse, bool flat_axis, bool down, uint voxels) {
-  float size = float(voxels << nif_levels);
-  if (flat_axis) {
-    return origin >= 0.0 && origin <= size;
-  }
-  precise float to_low = 0.0 - origin;
-  precise float low = to_low * inverse;
-  precise float to_high = size - origin;
-  precise float high = to_high * inverse;
-  float first = down ? high : low;
-  float last = down ? low : high;
-  if (first > nif_enter) {
-    nif_enter = first;
-    nif_enters = true;
-  }
-  if (last < nif_leave) {
-    nif_leave = last;
-    nif_leaves = true;
-  }
-  return true;
-}
-
 // To the start of the grid.
 void nif_begin() {
-  precise vec3 moved = nif_enter * nif_direction;
-  precise vec3 at = nif_origin + moved;
+  precise vec3 at = nif_origin + nif_enter * nif_direction;
   for (int a = 0; a < 3; ++a) {
     int cell = nif_to_index(at[a], int(nif_voxels[a] << nif_levels) - 1);
     nif_cell[a] = nif_down[a] ? -1 - cell : cell;
@@ -171,67 +185,57 @@ void nif_begin() {
 
 // Returns false if the segment meets no cell; it is then visible, which is certain if nif_near.
 bool nif_enter_grid(vec3 origin, vec3 direction, float tmin, float tmax) {
-  nif_near = false;
   nif_count = 0u;
   nif_blocked = false;
   nif_voxels = uvec3(nif_header(10u), nif_header(11u), nif_header(12u));
   nif_levels = nif_header(9u);
   nif_voxel_words = nif_object + nif_header(13u);
   nif_children = nif_object + nif_header(14u);
-  vec3 corner = vec3(nif_number(4u), nif_number(5u), nif_number(6u));
   float scale = nif_number(7u);
-  precise vec3 relative = origin - corner;
-  precise vec3 grid_origin = relative * scale;
+  precise vec3 grid_origin = (origin - nif_vector(nif_object + 4u)) * scale;
   precise vec3 grid_direction = direction * scale;
-  if (nif_is_nan(tmin) || nif_is_nan(tmax)) {
+  nif_near = nif_no_points(tmin, tmax);
+  if (!nif_has_points(tmin, tmax) || !nif_all_finite(grid_origin) || !nif_moves(grid_direction)) {
     return false;
   }
-  if (!(tmin <= tmax)) {
-    nif_near = true;  // no points
-    return false;
-  }
-  float reach = nif_largest(grid_origin);
-  float steepest = nif_largest(grid_direction);
-  if (!nif_all_finite(grid_origin) || !nif_all_finite(grid_direction)) {
-    return false;
-  }
-  if (!(steepest >= 8.67361737988403547e-19 && steepest <= 1.152921504606846976e18)) {  // 2^-60, 2^60
-    return false;
-  }
-  nif_near = reach <= NIF_CERTAIN_REACH;
-  precise float least = steepest * 9.094947017729282379150390625e-13;  // 2^-40
-  for (int a = 0; a < 3; ++a) {
-    nif_flat[a] = abs(grid_direction[a]) < least;
-    float moving = nif_flat[a] ? 1.0 : grid_direction[a];
-    precise float inverse = 1.0 / moving;
-    nif_inverse[a] = nif_flat[a] ? 0.0 : inverse;
-    nif_direction[a] = nif_flat[a] ? 0.0 : grid_direction[a];
-    nif_down[a] = nif_direction[a] < 0.0;
-  }
+  nif_near = nif_largest(grid_origin) <= NIF_CERTAIN_REACH;
   nif_origin = grid_origin;
   nif_enter = tmin;
   nif_leave = tmax;
   nif_enters = false;
   nif_leaves = false;
+  precise float least = nif_largest(grid_direction) * 9.094947017729282379150390625e-13;  // 2^-40
   for (int a = 0; a < 3; ++a) {
-    if (!nif_clip(nif_origin[a], nif_inverse[a], nif_flat[a], nif_down[a], nif_voxels[a])) {
+    nif_flat[a] = abs(grid_direction[a]) < least;
+    precise float inverse = 1.0 / (nif_flat[a] ? 1.0 : grid_direction[a]);
+    nif_inverse[a] = nif_flat[a] ? 0.0 : inverse;
+    nif_direction[a] = nif_flat[a] ? 0.0 : grid_direction[a];
+    nif_down[a] = nif_direction[a] < 0.0;
+    float size = float(nif_voxels[a] << nif_levels);
+    precise float low = (0.0 - nif_origin[a]) * nif_inverse[a];
+    precise float high = (size - nif_origin[a]) * nif_inverse[a];
+    float first = nif_down[a] ? high : low;
+    float last = nif_down[a] ? low : high;
+    if (nif_flat[a] && !(nif_origin[a] >= 0.0 && nif_origin[a] <= size)) {
       return false;
+    }
+    if (!nif_flat[a] && first > nif_enter) {
+      nif_enter = first;
+      nif_enters = true;
+    }
+    if (!nif_flat[a] && last < nif_leave) {
+      nif_leave = last;
+      nif_leaves = true;
     }
   }
   return nif_enter <= nif_leave && nif_enter <= 3.402823466e+38;
 }
 
+#if NIF_NETWORK
 // ---- Sample points
 
-// Feature pairs i and i + 1, the first in the lower half.
-uint nif_two_pairs(uint i) {
-  uint word = nif_table(17u, i >> 1);
-  if ((i & 1u) == 0u) {
-    return word;
-  }
-  uint next = nif_table(17u, (i >> 1) + 1u);
-  return (word >> 16) | (next << 16);
-}
+// Word i of the table that begins where word k of the header says.
+uint nif_table(uint k, uint i) { return NIF_WORD(nif_object + nif_header(k) + i); }
 
 int nif_byte(uint word, uint k) { return int(word << (24u - 8u * k)) >> 24; }
 
@@ -245,24 +249,25 @@ uint nif_brick(uvec3 at) {
   return (word & mark) != 0u ? 6u * (1u + (word >> 16) + below) : 0u;
 }
 
-// The features of one corner, in whichever brick it is; 0 if it has none.
-uint nif_corner(uvec3 corner) {
-  uvec3 bricks = (nif_voxels + 3u) / 4u;
+// The two features of a corner at a place in a brick; NIF_NONE if that does not have them.
+uint nif_pair(uint brick, uvec3 at) {
+  uint layer = nif_table(16u, brick + 1u + at.z);
+  uint mark = 1u << (at.x + 5u * at.y);
+  uint i = nif_table(16u, brick) + (layer >> 25) + uint(bitCount(layer & (mark - 1u)));
+  uint word = nif_table(17u, i >> 1);
+  return (layer & mark) != 0u ? (word >> (16u * (i & 1u))) & 0xffffu : NIF_NONE;
+}
+
+// Those of a corner in whichever brick has them; 0 if none has.
+uint nif_pair_anywhere(uvec3 corner) {
   uvec3 first = (max(corner, uvec3(1u)) - 1u) / 4u;
-  uvec3 last = min(corner / 4u, bricks - 1u);
-  for (uint k = 0u; k < 8u; ++k) {
-    uvec3 at = first + uvec3(k & 1u, (k >> 1) & 1u, k >> 2);
-    if (at.x <= last.x && at.y <= last.y && at.z <= last.z) {
-      uint brick = nif_brick(at);
-      uint layer = nif_table(16u, brick + 1u + corner.z - 4u * at.z);
-      uint bit = corner.x - 4u * at.x + 5u * (corner.y - 4u * at.y);
-      if (((layer >> bit) & 1u) != 0u) {
-        uint below = uint(bitCount(layer & ((1u << bit) - 1u)));
-        return nif_two_pairs(nif_table(16u, brick) + (layer >> 25) + below) & 0xffffu;
-      }
-    }
+  uvec3 last = min(corner / 4u, (nif_voxels + 3u) / 4u - 1u);
+  uint pair = NIF_NONE;
+  for (uint k = 0u; k < 8u && pair == NIF_NONE; ++k) {
+    uvec3 at = min(first + uvec3(k & 1u, (k >> 1) & 1u, k >> 2), last);
+    pair = nif_pair(nif_brick(at), corner - 4u * at);
   }
-  return 0u;
+  return pair == NIF_NONE ? 0u : pair;
 }
 
 uint nif_feature(int sum) { return uint((sum + (127 << 21) + (1 << 21)) >> 22); }
@@ -270,30 +275,15 @@ uint nif_feature(int sum) { return uint((sum + (127 << 21) + (1 << 21)) >> 22); 
 // The two inputs of a point: trilinear interpolation of the features of its voxel's corners, in integers.
 uint nif_features(uvec3 voxel, ivec3 fraction) {
   uint brick = nif_brick(voxel / 4u);
-  uint bit = (voxel.x & 3u) + 5u * (voxel.y & 3u);
-  uint four = 0x63u << bit;
-  uint layer_0 = nif_table(16u, brick + 1u + (voxel.z & 3u));
-  uint layer_1 = nif_table(16u, brick + 2u + (voxel.z & 3u));
-  bool together = (layer_0 & layer_1 & four) == four;
-  uint first_pair = nif_table(16u, brick);
   ivec3 rest = 128 - fraction;
   int sum_0 = 0;
   int sum_1 = 0;
-  for (uint k = 0u; k < 4u && together; ++k) {
-    uint dy = k & 1u;
-    uint dz = k >> 1;
-    uint layer = dz == 0u ? layer_0 : layer_1;
-    uint below = uint(bitCount(layer & ((1u << (bit + 5u * dy)) - 1u)));
-    uint row = nif_two_pairs(first_pair + (layer >> 25) + below);
-    int across = (dy == 0u ? rest.y : fraction.y) * (dz == 0u ? rest.z : fraction.z);
-    sum_0 += across * (rest.x * nif_byte(row, 0u) + fraction.x * nif_byte(row, 2u));
-    sum_1 += across * (rest.x * nif_byte(row, 1u) + fraction.x * nif_byte(row, 3u));
-  }
-  // Rounding has moved the point out of the surface voxels: other bricks may have its corners. The same sum.
-  uint others = together ? 0u : 8u;
-  for (uint k = 0u; k < others; ++k) {
+  for (uint k = 0u; k < 8u; ++k) {
     uvec3 to = uvec3(k & 1u, (k >> 1) & 1u, k >> 2);
-    uint pair = nif_corner(voxel + to);
+    uint pair = nif_pair(brick, (voxel & uvec3(3u)) + to);
+    if (pair == NIF_NONE) {  // rounding has moved the point out of the surface voxels
+      pair = nif_pair_anywhere(voxel + to);
+    }
     int share = (to.x == 0u ? rest.x : fraction.x) * (to.y == 0u ? rest.y : fraction.y) * (to.z == 0u ? rest.z : fraction.z);
     sum_0 += share * nif_byte(pair, 0u);
     sum_1 += share * nif_byte(pair, 1u);
@@ -312,46 +302,33 @@ void nif_put(uint at, uint word) {
 void nif_place(float begin, float end, float begin_height, float end_height) {
   bool last = nif_count == nif_last;
   uint samples = nif_header(18u);
-  float voxels_per_cell = nif_number(8u);
   precise float length = end - begin;
   for (; nif_placed < samples; ++nif_placed) {
-    float number = float(nif_placed);
-    precise float middle = number + 0.5;
-    precise float s = middle * nif_spacing;
+    precise float s = (float(nif_placed) + 0.5) * nif_spacing;
     precise float interval_end = nif_start + length;
     if (!last && s > interval_end) {
       nif_start = interval_end;
       return;
     }
-    precise float along = s - nif_start;
-    precise float t_along = begin + along;
-    float t = nif_smaller(t_along, end);
+    precise float along = begin + (s - nif_start);
+    float t = nif_smaller(along, end);
     // Between the planes; 0 for an interval without length.
-    precise float past = t - begin;
-    precise float share = past / (length > 0.0 ? length : 1.0);
-    precise float rise = end_height - begin_height;
-    precise float raised = rise * share;
-    precise float height = begin_height + raised;
-    precise float rounded = height + 0.5;
-    int height_input = length > 0.0 ? nif_to_index(rounded, 127) : 0;
-    precise vec3 moved = t * nif_direction;
-    precise vec3 cell = nif_origin + moved;
-    precise vec3 at = cell * voxels_per_cell;
+    precise float share = (t - begin) / (length > 0.0 ? length : 1.0);
+    precise float height = begin_height + (end_height - begin_height) * share + 0.5;
+    precise vec3 at = (nif_origin + t * nif_direction) * nif_number(8u);
     uvec3 voxel;
     ivec3 fraction;
     for (int a = 0; a < 3; ++a) {
       int index = nif_to_index(at[a], int(nif_voxels[a]) - 1);
-      float low = float(index);
-      precise float beyond = at[a] - low;
-      precise float scaled = beyond * 128.0;
-      precise float nearest = scaled + 0.5;
+      precise float nearest = (at[a] - float(index)) * 128.0 + 0.5;
       voxel[a] = uint(index);
       fraction[a] = nif_to_index(nearest, 128);
     }
-    uint word = nif_features(voxel, fraction) | (uint(height_input) << 16);
+    uint word = nif_features(voxel, fraction) | (length > 0.0 ? uint(nif_to_index(height, 127)) << 16 : 0u);
     nif_put(nif_reversed ? samples - 1u - nif_placed : nif_placed, word);
   }
 }
+#endif
 
 // ---- Traversal
 
@@ -361,23 +338,13 @@ void nif_pass_cell(uint word, vec3 middle, float size, float left) {
   int v = int((word >> 10) & 63u) - 31;
   vec3 normal = vec3(ivec3(u + v, u - v, 62 - 2 * max(abs(u), abs(v))));
   precise vec3 relative = nif_origin - middle;
-  precise vec3 enter_moved = nif_now * nif_direction;
-  precise vec3 enter_point = relative + enter_moved;
-  precise vec3 enters = normal * enter_point;
-  precise float enter_sum = enters.x + enters.y;
-  precise float enter_height = enter_sum + enters.z;
-  precise vec3 leave_moved = left * nif_direction;
-  precise vec3 leave_point = relative + leave_moved;
-  precise vec3 leaves = normal * leave_point;
-  precise float leave_sum = leaves.x + leaves.y;
-  precise float leave_height = leave_sum + leaves.z;
-  precise float heights = 31.0 * size;  // exact, as all are that follow from size and word alone
-  precise float units = heights + 1.0;
-  precise float step_size = units * 0.0078125;
-  precise float lower_place = float((word >> 16) & 255u) - 128.0;
-  precise float upper_place = float((word >> 24) + 1u) - 128.0;
-  precise float lower = lower_place * step_size;
-  precise float upper = upper_place * step_size;
+  precise vec3 enter_point = relative + nif_now * nif_direction;
+  precise vec3 leave_point = relative + left * nif_direction;
+  float enter_height = nif_product(normal, enter_point);
+  float leave_height = nif_product(normal, leave_point);
+  precise float step_size = (31.0 * size + 1.0) * 0.0078125;  // exact, as all are that follow from size and word alone
+  precise float lower = (float((word >> 16) & 255u) - 128.0) * step_size;
+  precise float upper = (float((word >> 24) + 1u) - 128.0) * step_size;
   bool enters_above = enter_height > upper;
   bool enters_below = enter_height < lower;
   bool leaves_above = leave_height > upper;
@@ -393,44 +360,28 @@ void nif_pass_cell(uint word, vec3 middle, float size, float left) {
 
   // The part between the planes.
   precise float climb = leave_height - enter_height;
-  precise float stay = left - nif_now;
-  precise float rate = stay / (climb != 0.0 ? climb : 1.0);
-  precise float first_rise = (enters_above ? upper : lower) - enter_height;
-  precise float first_part = first_rise * rate;
-  precise float first_t = nif_now + first_part;
-  precise float last_rise = (leaves_above ? upper : lower) - enter_height;
-  precise float last_part = last_rise * rate;
-  precise float last_t = nif_now + last_part;
-  float begin = nif_now;
-  if (enters_above || enters_below) {
-    begin = nif_smaller(nif_larger(first_t, nif_now), left);
-  }
-  float end = left;
-  if (leaves_above || leaves_below) {
-    end = nif_smaller(nif_larger(last_t, begin), left);
-  }
-  if (nif_placing) {
-    precise float between = upper - lower;
-    precise float scale = 127.0 / between;
-    precise float enter_over = enter_height - lower;
-    precise float enter_scaled = enter_over * scale;
-    precise float enter_rounded = enter_scaled + 0.5;
-    precise float leave_over = leave_height - lower;
-    precise float leave_scaled = leave_over * scale;
-    precise float leave_rounded = leave_scaled + 0.5;
-    nif_place(begin, end, float(nif_to_index(enter_rounded, 127)), float(nif_to_index(leave_rounded, 127)));
-  } else {
-    if (nif_count == 0u) {
-      nif_starts_open = begin == nif_enter && !nif_enters;
-      nif_open_begin = nif_now;
-    }
-    nif_ends_open = end == nif_leave && !nif_leaves;
-    nif_open_end = left;
-    precise float length = end - begin;
-    precise float open_t = nif_open_t + length;
-    nif_open_t = open_t;
-  }
+  precise float rate = (left - nif_now) / (climb != 0.0 ? climb : 1.0);
+  precise float first_t = nif_now + ((enters_above ? upper : lower) - enter_height) * rate;
+  precise float last_t = nif_now + ((leaves_above ? upper : lower) - enter_height) * rate;
+  float begin = (enters_above || enters_below) ? nif_smaller(nif_larger(first_t, nif_now), left) : nif_now;
+  float end = (leaves_above || leaves_below) ? nif_smaller(nif_larger(last_t, begin), left) : left;
   ++nif_count;
+#if NIF_NETWORK
+  if (nif_placing) {
+    precise float scale = 127.0 / (upper - lower);
+    precise float enters = (enter_height - lower) * scale + 0.5;
+    precise float leaves = (leave_height - lower) * scale + 0.5;
+    nif_place(begin, end, float(nif_to_index(enters, 127)), float(nif_to_index(leaves, 127)));
+    return;
+  }
+#endif
+  if (nif_count == 1u) {
+    nif_starts_open = begin == nif_enter && !nif_enters;
+    nif_open_begin = nif_now;
+  }
+  nif_ends_open = end == nif_leave && !nif_leaves;
+  nif_open_end = left;
+  nif_open_t = nif_open_t + (end - begin);
 }
 
 // One skip through empty space, or one cell. Returns false if the traversal is over.
@@ -444,10 +395,10 @@ bool nif_next() {
   for (; level > 0u && (word & 15u) == 15u;) {
     --level;
     uvec3 upper = (uvec3(at) >> uvec3(level)) & uvec3(1u);
-    uint child = upper.x | (upper.y << 1) | (upper.z << 2);
+    uint child = 1u << (upper.x | (upper.y << 1) | (upper.z << 2));
     uint mask = (word >> 4) & 255u;
-    if (((mask >> child) & 1u) != 0u) {
-      word = NIF_WORD(nif_children + (word >> 12) + uint(bitCount(mask & ((1u << child) - 1u))));
+    if ((mask & child) != 0u) {
+      word = NIF_WORD(nif_children + (word >> 12) + uint(bitCount(mask & (child - 1u))));
     } else {
       word = 14u;  // no triangle, and nothing is known of its side
     }
@@ -463,8 +414,7 @@ bool nif_next() {
     uint extent = (box >> (8u + 8u * uint(a) + (nif_down[a] ? 0u : 4u))) & 15u;
     int reach = int(extent) * size;
     float plane = float(nif_down[a] ? low[a] - reach : low[a] + size + reach);
-    precise float distance = plane - nif_origin[a];
-    precise float crossing = distance * nif_inverse[a];
+    precise float crossing = (plane - nif_origin[a]) * nif_inverse[a];
     leaving[a] = nif_flat[a] ? nif_infinity() : crossing;
   }
   float t = nif_smaller(nif_smaller(leaving.x, leaving.y), leaving.z);
@@ -473,8 +423,7 @@ bool nif_next() {
   if (is_empty) {
     nif_seen |= (word >> 4) & 3u;
   } else {
-    precise float half_size = 0.5 * float(size);
-    precise vec3 middle = vec3(low) + half_size;  // exact
+    precise vec3 middle = vec3(low) + 0.5 * float(size);  // exact
     nif_pass_cell(word, middle, float(size), left);
   }
   nif_blocked = nif_blocked || nif_seen == 3u;
@@ -486,26 +435,21 @@ bool nif_next() {
   // The cell behind it. Along each axis its number is estimated from below, by at most 1 too little, and corrected
   // by a crossing; those of lower axes at the same t come first. Far away each plane is tested. One loop for all, whose end no
   // compiler knows: they would unroll it, and drivers that run several rays together would do all of it for each.
-  bool by_0 = leaving.x == t;
-  bool by_1 = leaving.y == t;
-  precise vec3 moved = nif_direction * t;
-  precise vec3 reached = nif_origin + moved;
+  precise vec3 reached = nif_origin + nif_direction * t;
   ivec3 cell = nif_cell;
   if (nif_near) {
     for (int a = 0; a < 3; ++a) {
-      float upward = nif_down[a] ? -reached[a] : reached[a];
-      precise float lowered = upward - 0.03125;
+      precise float lowered = (nif_down[a] ? -reached[a] : reached[a]) - 0.03125;
       cell[a] = max(int(clamp(floor(lowered), -1025.0, 1025.0)), cell[a]);
     }
   }
   bvec3 passes = bvec3(true);
   for (int k = 0; k < size && (passes.x || passes.y || passes.z); ++k) {
     for (int a = 0; a < 3; ++a) {
-      bool later = (a > 0 && by_0) || (a > 1 && by_1);
+      bool later = (a > 0 && leaving.x == t) || (a > 1 && leaving.y == t);
       int next = cell[a] + 1;
       float plane = float(nif_down[a] ? -next : next);
-      precise float distance = plane - nif_origin[a];
-      precise float crossing = distance * nif_inverse[a];
+      precise float crossing = (plane - nif_origin[a]) * nif_inverse[a];
       bool crossed = passes[a] && !nif_flat[a] && (crossing < t || (crossing == t && !later));
       cell[a] = crossed ? next : cell[a];
       passes[a] = crossed && !nif_near && (next & (size - 1)) != 0;
@@ -515,13 +459,12 @@ bool nif_next() {
   return true;
 }
 
+#if NIF_NETWORK
 // ---- The network
 
-int nif_dot(uint weights, uint inputs, int sum) {
-  int sum_0 = sum + nif_byte(weights, 0u) * int(inputs & 255u);
-  int sum_1 = sum_0 + nif_byte(weights, 1u) * int((inputs >> 8) & 255u);
-  int sum_2 = sum_1 + nif_byte(weights, 2u) * int((inputs >> 16) & 255u);
-  return sum_2 + nif_byte(weights, 3u) * int(inputs >> 24);
+int nif_dot(uint weights, uint inputs) {
+  return nif_byte(weights, 0u) * int(inputs & 255u) + nif_byte(weights, 1u) * int((inputs >> 8) & 255u) +
+         nif_byte(weights, 2u) * int((inputs >> 16) & 255u) + nif_byte(weights, 3u) * int(inputs >> 24);
 }
 
 // The sum of one neuron, whose row of weights begins at a word.
@@ -529,7 +472,7 @@ int nif_neuron(uint row, uint words) {
   int sum = int(NIF_WORD(row));
   for (uint k = 0u; k < uint(NIF_NETWORK_WORDS); ++k) {
     if (k < words) {
-      sum = nif_dot(NIF_WORD(row + 1u + k), nif_input[k], sum);
+      sum += nif_dot(NIF_WORD(row + 1u + k), nif_input[k]);
     }
   }
   return sum;
@@ -537,25 +480,16 @@ int nif_neuron(uint row, uint words) {
 
 // The inputs that belong to no point: direction, length, flags.
 void nif_put_globals(uint samples) {
-  precise vec3 squares = nif_direction * nif_direction;
-  precise float sum = squares.x + squares.y;
-  precise float square = sum + squares.z;
-  float length = sqrt(square);
+  float length = sqrt(nif_product(nif_direction, nif_direction));
   precise vec3 unit = nif_direction / length;
-  vec3 upward = nif_reversed ? -unit : unit;
-  precise vec3 scaled = 63.5 * upward;
-  precise vec3 shifted = 64.0 + scaled;
-  precise float open_length = nif_open_t * length;
-  precise float in_units = open_length * nif_number(19u);
-  precise float rounded = in_units + 0.5;
-  uint x = uint(nif_to_index(shifted.x, 127));
-  uint y = uint(nif_to_index(shifted.y, 127));
-  uint z = uint(nif_to_index(shifted.z, 127));
-  nif_put(samples, x | (y << 8) | (z << 16) | (uint(nif_to_index(rounded, 127)) << 24));
+  precise vec3 way = 64.0 + 63.5 * (nif_reversed ? -unit : unit);
+  precise float open = nif_open_t * length * nif_number(19u) + 0.5;
+  nif_put(samples, uint(nif_to_index(way.x, 127)) | (uint(nif_to_index(way.y, 127)) << 8) |
+                       (uint(nif_to_index(way.z, 127)) << 16) | (uint(nif_to_index(open, 127)) << 24));
   bool starts = nif_reversed ? nif_ends_open : nif_starts_open;
   bool ends = nif_reversed ? nif_starts_open : nif_ends_open;
-  uint flags = ((nif_seen & 1u) != 0u ? 0x7fu : 0u) | ((nif_seen & 2u) != 0u ? 0x7f00u : 0u);
-  nif_put(samples + 1u, flags | (starts ? 0x7f0000u : 0u) | (ends ? 0x7f000000u : 0u));
+  nif_put(samples + 1u, ((nif_seen & 1u) * 0x7fu) | ((nif_seen >> 1) * 0x7f00u) | (starts ? 0x7f0000u : 0u) |
+                            (ends ? 0x7f000000u : 0u));
 }
 
 // The network's output for nif_input.
@@ -564,12 +498,11 @@ int nif_evaluate() {
   for (uint l = 0u; l < layers; ++l) {
     uint row = nif_object + nif_header(24u + 4u * l);
     uint words = nif_header(25u + 4u * l);
-    uint outputs = nif_header(26u + 4u * l);
     uint shift = nif_header(27u + 4u * l);
     if (l + 1u == layers) {
       return nif_neuron(row, words);
     }
-    uint groups = outputs >> 2;
+    uint groups = nif_header(26u + 4u * l) >> 2;
     for (uint w = 0u; w < groups; ++w) {
       uint four = 0u;
       for (uint k = 0u; k < 4u; ++k) {
@@ -587,51 +520,108 @@ int nif_evaluate() {
   }
   return -1;
 }
+#endif
 
+// By planes, and if `learned` by the network about what they leave open, if there is one.
+NifAnswer nif_ask_planes(vec3 origin, vec3 direction, float tmin, float tmax, bool learned) {
+  NifAnswer answer = nif_unknown(tmin, tmax);
+  bool goes_on = nif_enter_grid(origin, direction, tmin, tmax);
+#if NIF_NETWORK
+  uint samples = nif_header(18u);
+  bool has_network = learned && (nif_header(3u) & 1u) != 0u && nif_header(21u) <= uint(NIF_NETWORK_WORDS);
+  nif_placing = false;
+#endif
+  if (goes_on) {
+    nif_begin();
+  }
+  // Each step goes at least one cell along an axis, and a ray is traversed at most twice.
+  for (int k = 0; k < 2 * (3 * 1024 + 2) && goes_on; ++k) {
+    goes_on = nif_next();
+#if NIF_NETWORK
+    if (!goes_on && !nif_placing && !nif_blocked && nif_count > 0u && has_network) {
+      // From the end that makes the direction point up.
+      vec3 d = nif_direction;
+      nif_reversed = d.z < 0.0 || (d.z == 0.0 && (d.y < 0.0 || (d.y == 0.0 && d.x < 0.0)));
+      for (uint w = 0u; w < uint(NIF_NETWORK_WORDS); ++w) {
+        nif_input[w] = 0u;
+        nif_output[w] = 0u;
+      }
+      nif_put_globals(samples);
+      nif_spacing = nif_open_t / float(samples);
+      nif_last = nif_count;
+      nif_placed = 0u;
+      nif_start = 0.0;
+      nif_placing = true;
+      nif_begin();
+      goes_on = true;
+    }
+#endif
+  }
+  if (goes_on) {
+    return answer;
+  }
+  if (nif_blocked || nif_count == 0u) {
+    return nif_known(!nif_blocked, NIF_PROVES && nif_near && (nif_header(3u) & 2u) != 0u, tmin, tmax);
+  }
+
+  // The interval in which the caller's own triangles can decide: a voxel longer at each end.
+  precise float culling_reach = 0.25 * NIF_CERTAIN_REACH;
+  if (nif_largest(nif_origin) <= culling_reach) {
+    precise float voxel = float(1u << nif_levels) / nif_largest(nif_direction);
+    precise float begin = nif_open_begin - voxel;
+    precise float end = nif_open_end + voxel;
+    answer.open_begin = nif_larger(begin, tmin);
+    answer.open_end = nif_smaller(end, tmax);
+  }
+#if NIF_NETWORK
+  if (nif_placing) {
+    answer.logit = nif_evaluate();
+    answer.visible = answer.logit >= 0;
+    precise float odds = float(answer.logit + int(nif_header(23u))) * nif_number(22u);
+    precise float probability = 1.0 / (1.0 + exp(-odds));
+    answer.probability = probability;
+  }
+#endif
+  return answer;
+}
+#endif
+
+#if NIF_TRIANGLES
 // ---- Triangles: a tree of boxes whose nodes lie depth first, so that no stack is needed. The triangle's vectors are turned
 // to end with the axis along which the ray moves most, and sheared so that the ray runs along it.
 
-uint nif_steep;            // that axis
-float nif_steepest;        // the direction along it, without its sign
-vec3 nif_from;             // the ray's origin, turned
-float nif_slope_x;
-float nif_slope_y;
-float nif_per_unit;        // t for a unit along that axis
-float nif_error_share;     // sheared coordinates are off by less than this share of the distance, and nif_error_least
+uint nif_steep;                 // that axis
+float nif_steepest;             // the direction along it, without its sign
+vec3 nif_from;                  // the ray's origin, turned
+float nif_slope_x, nif_slope_y;
+float nif_per_unit;             // t for a unit along that axis
+float nif_error_share;          // sheared coordinates are off by less than this share of the distance, and nif_error_least
 float nif_error_least;
-bool nif_in_reach;         // of proofs
-bvec3 nif_back;            // where the direction is negative
-vec3 nif_box_step;         // boxes count t by nif_steepest
-vec3 nif_box_near;
-vec3 nif_box_far;
-float nif_box_enter;
-float nif_box_leave;
-float nif_tmin;
-float nif_tmax;
-bool nif_looks_for_first;  // else for any triangle
-bool nif_met;              // one, as single precision says
-bool nif_met_surely;
-bool nif_doubtful;         // there is a triangle of which rounding decides whether it is met
-bool nif_found;            // no other triangle matters
-bool nif_hit_surely;       // the nearest one
+precise nif_slope_x, nif_slope_y, nif_per_unit, nif_error_least;
+bool nif_in_reach;              // of proofs
+bvec3 nif_back;                 // where the direction is negative
+vec3 nif_box_step, nif_box_near, nif_box_far;  // boxes count t by nif_steepest
+float nif_box_enter, nif_box_leave;
+precise nif_box_step, nif_box_near, nif_box_far, nif_box_enter, nif_box_leave;
+float nif_tmin, nif_tmax;
+bool nif_looks_for_first;       // else for any triangle
+bool nif_met, nif_met_surely;   // one, as single precision says
+bool nif_doubtful;              // there is a triangle of which rounding decides whether it is met
+bool nif_found;                 // no other triangle matters
+bool nif_hit_surely;            // the nearest one
 float nif_hit_t;
-float nif_hit_low;         // it is met from here
-float nif_hit_high;        // to here
-float nif_hit_u;
-float nif_hit_v;
+float nif_hit_low, nif_hit_high;  // it is met from here to here
+float nif_hit_u, nif_hit_v;
 uint nif_hit_triangle;
-uint nif_hit_corners;      // their word
-uint nif_hit_vertex;       // the first of the leaf
+uint nif_hit_corners;           // their word
+uint nif_hit_vertex;            // the first of the leaf
 uint nif_hit_object;
-uint nif_hit_instance;     // its first word, or NIF_NONE
-float nif_others_low;      // none of the others is met before
+uint nif_hit_instance;          // its first word, or NIF_NONE
+float nif_others_low;           // none of the others is met before
 
-vec3 nif_vector(uint at) {
-  return vec3(uintBitsToFloat(NIF_WORD(at)), uintBitsToFloat(NIF_WORD(at + 1u)), uintBitsToFloat(NIF_WORD(at + 2u)));
-}
-vec3 nif_turn(vec3 v) { return nif_steep == 2u ? v : (nif_steep == 0u ? v.yzx : v.zxy); }
 float nif_least(vec3 v) { return nif_smaller(v.z, nif_smaller(v.y, v.x)); }
 float nif_most(vec3 v) { return nif_larger(v.z, nif_larger(v.y, v.x)); }
+vec3 nif_turn(vec3 v) { return nif_steep == 2u ? v : (nif_steep == 0u ? v.yzx : v.zxy); }
 
 // Prepares a ray for the object's triangles. Returns false if it meets none, without a look at them. `moved`: the sum of
 // magnitudes from which an instance's transform has made the origin, or negative.
@@ -641,33 +631,25 @@ bool nif_enter_tree(vec3 origin, vec3 direction, float tmin, float tmax, float m
   float reach = nif_larger(far, extent);
   nif_steepest = nif_largest(direction);
   precise float farthest = extent * 4294967296.0;
-  // From 2^-60 to 2^60, and to 2^61 for the reach.
-  bool moves = nif_steepest >= 8.67361737988403547e-19 && nif_steepest <= 1.152921504606846976e18;
-  if (!nif_all_finite(origin) || !nif_all_finite(direction) || !moves || far > farthest || nif_is_nan(tmin) ||
-      nif_is_nan(tmax) || !(tmin <= tmax) || !(reach <= 2.305843009213693952e18)) {
+  bool near_at_all = far <= farthest && reach <= 2.305843009213693952e18;  // 2^61
+  if (!nif_all_finite(origin) || !nif_moves(direction) || !nif_has_points(tmin, tmax) || !near_at_all) {
     return false;
   }
   vec3 steep = abs(direction);
-  nif_steep = steep.y > steep.x ? 1u : 0u;
-  nif_steep = steep.z > nif_larger(steep.x, steep.y) ? 2u : nif_steep;
+  nif_steep = steep.z > nif_larger(steep.x, steep.y) ? 2u : (steep.y > steep.x ? 1u : 0u);
   nif_from = nif_turn(origin);
   vec3 turned = nif_turn(direction);
-  precise float slope_x = turned.x / turned.z;
-  precise float slope_y = turned.y / turned.z;
-  precise float per_unit = 1.0 / turned.z;
-  nif_slope_x = slope_x;
-  nif_slope_y = slope_y;
-  nif_per_unit = per_unit;
+  nif_slope_x = turned.x / turned.z;
+  nif_slope_y = turned.y / turned.z;
+  nif_per_unit = 1.0 / turned.z;
   nif_tmin = tmin;
   nif_tmax = tmax;
 
   // How far rounding may move it, and what is too far away, too small or too large for that bound (docs/shaders.md).
   bool is_moved = moved >= 0.0;
   nif_error_share = is_moved ? 3.814697265625e-6 : 9.5367431640625e-7;  // 2^-18, 2^-20
-  precise float error_least = reach * 9.31322574615478515625e-10;       // 2^-30
   precise float error_moved = moved * 1.9073486328125e-6;               // 2^-19
-  precise float error_both = error_least + error_moved;
-  nif_error_least = is_moved ? error_both : error_least;
+  nif_error_least = reach * 9.31322574615478515625e-10 + (is_moved ? error_moved : 0.0);  // 2^-30
   precise float near = extent * 1024.0;
   bool proves = NIF_PROVES && (nif_header(3u) & 2u) != 0u;
   // At most 1024 extents away; from 2^-30 to 2^36; a direction from 2^-40 to 2^40.
@@ -678,40 +660,24 @@ bool nif_enter_tree(vec3 origin, vec3 direction, float tmin, float tmax, float m
   // Boxes grow by more than any of that, up to where they would no longer be of use.
   precise float useful = extent * 2048.0;
   float counted = nif_smaller(reach, useful);
-  precise float rounding = counted * 3.814697265625e-6;
-  precise float share = nif_error_share * 4.0;
-  precise float growth = counted * share;
-  precise float grown = rounding + growth;
-  precise float twice = nif_error_least * 2.0;
-  precise float padding = grown + twice;
-  vec3 outward = vec3(padding);
+  precise float padding = counted * 3.814697265625e-6 + counted * (nif_error_share * 4.0) + nif_error_least * 2.0;
+  vec3 outward;
   vec3 way;
   for (int a = 0; a < 3; ++a) {
     nif_back[a] = direction[a] < 0.0;
-    precise float share_of = steep[a] / nif_steepest;
-    float size = nif_larger(share_of, 9.31322574615478515625e-10);  // 2^-30
+    precise float share = steep[a] / nif_steepest;
+    float size = nif_larger(share, 9.31322574615478515625e-10);  // 2^-30
     way[a] = nif_back[a] ? -size : size;
     outward[a] = nif_back[a] ? -padding : padding;
   }
   precise vec3 inverse = 1.0 / way;
-  precise vec3 box_step = nif_vector(nif_object + 57u) * inverse;
-  nif_box_step = box_step;
   vec3 corner = nif_vector(nif_object + 54u);
-  precise vec3 near_origin = origin + outward;
-  precise vec3 near_corner = corner - near_origin;
-  precise vec3 box_near = near_corner * inverse;
-  nif_box_near = box_near;
-  precise vec3 far_origin = origin - outward;
-  precise vec3 far_corner = corner - far_origin;
-  precise vec3 box_far = far_corner * inverse;
-  nif_box_far = box_far;
-  precise float distance = reach * 4.0;  // nothing is met beyond
-  precise float last = distance / nif_steepest;
-  precise float enter = nif_larger(tmin, -last) * nif_steepest;
-  float until = nif_smaller(tmax, nif_hit_high);
-  precise float leave = nif_smaller(until, last) * nif_steepest;
-  nif_box_enter = enter;
-  nif_box_leave = leave;
+  nif_box_step = nif_vector(nif_object + 57u) * inverse;
+  nif_box_near = (corner - (origin + outward)) * inverse;
+  nif_box_far = (corner - (origin - outward)) * inverse;
+  precise float last = reach * 4.0 / nif_steepest;  // nothing is met beyond
+  nif_box_enter = nif_larger(tmin, -last) * nif_steepest;
+  nif_box_leave = nif_smaller(nif_smaller(tmax, nif_hit_high), last) * nif_steepest;
   return true;
 }
 
@@ -722,10 +688,8 @@ bool nif_meets_box(uint at) {
   vec3 high = vec3(words >> uvec3(16u));
   vec3 first = vec3(nif_back.x ? high.x : low.x, nif_back.y ? high.y : low.y, nif_back.z ? high.z : low.z);
   vec3 last = vec3(nif_back.x ? low.x : high.x, nif_back.y ? low.y : high.y, nif_back.z ? low.z : high.z);
-  precise vec3 to_first = first * nif_box_step;
-  precise vec3 enters = to_first + nif_box_near;
-  precise vec3 to_last = last * nif_box_step;
-  precise vec3 leaves = to_last + nif_box_far;
+  precise vec3 enters = first * nif_box_step + nif_box_near;
+  precise vec3 leaves = last * nif_box_step + nif_box_far;
   return nif_larger(nif_most(enters), nif_box_enter) <= nif_smaller(nif_least(leaves), nif_box_leave);
 }
 
@@ -736,23 +700,16 @@ bool nif_meet_triangle(vec3 p, vec3 q, vec3 r, uint triangle) {
   precise vec3 to_q = nif_turn(q) - nif_from;
   precise vec3 to_r = nif_turn(r) - nif_from;
   vec3 depths = vec3(to_p.z, to_q.z, to_r.z);
-  precise vec3 shift_x = depths * nif_slope_x;
-  precise vec3 shift_y = depths * nif_slope_y;
-  precise vec3 x = vec3(to_p.x, to_q.x, to_r.x) - shift_x;
-  precise vec3 y = vec3(to_p.y, to_q.y, to_r.y) - shift_y;
-  precise vec3 plus = x.zxy * y.yzx;
-  precise vec3 minus = y.zxy * x.yzx;
-  precise vec3 sides = plus - minus;
+  precise vec3 x = vec3(to_p.x, to_q.x, to_r.x) - depths * nif_slope_x;
+  precise vec3 y = vec3(to_p.y, to_q.y, to_r.y) - depths * nif_slope_y;
+  precise vec3 sides = x.zxy * y.yzx - y.zxy * x.yzx;
 
   // Bounds of their errors: e (|x| + |y| of both ends of the edge + e) 2, where e is that of a sheared coordinate.
   float distance = nif_larger(nif_largest(to_p), nif_larger(nif_largest(to_q), nif_largest(to_r)));
-  precise float error_far = distance * nif_error_share;
-  precise float error = error_far + nif_error_least;
+  precise float error = distance * nif_error_share + nif_error_least;
   precise float error_2 = error * 2.0;
   precise vec3 sizes = abs(x) + abs(y);
-  precise vec3 spans = sizes.zxy + sizes.yzx;
-  precise vec3 grown = spans + error;
-  precise vec3 bounds = grown * error_2;
+  precise vec3 bounds = (sizes.zxy + sizes.yzx + error) * error_2;
   bool left = sides.x > bounds.x || sides.y > bounds.y || sides.z > bounds.z;
   bool right = sides.x < -bounds.x || sides.y < -bounds.y || sides.z < -bounds.z;
   if (left && right) {
@@ -766,30 +723,18 @@ bool nif_meet_triangle(vec3 p, vec3 q, vec3 r, uint triangle) {
     return false;
   }
 
-  bool inside = nif_least(sides) >= 0.0 || nif_most(sides) <= 0.0;
-  precise float sum_2 = sides.x + sides.y;
-  precise float sum = sum_2 + sides.z;
-  inside = inside && sum != 0.0;
+  precise float sum = sides.x + sides.y + sides.z;
+  bool inside = (nif_least(sides) >= 0.0 || nif_most(sides) <= 0.0) && sum != 0.0;
   bool surely = (sides.x > bounds.x && sides.y > bounds.y && sides.z > bounds.z) ||
                 (sides.x < -bounds.x && sides.y < -bounds.y && sides.z < -bounds.z);
   precise float per_sum = 1.0 / (sum != 0.0 ? sum : 1.0);
   precise vec3 weights = sides * per_sum;
-  precise vec3 parts = weights * depths;
-  precise float parts_2 = parts.x + parts.y;
-  precise float depth = parts_2 + parts.z;
-  precise float t = depth * nif_per_unit;
+  precise float t = nif_product(weights, depths) * nif_per_unit;
   if (surely) {
-    precise float bounds_2 = bounds.x + bounds.y;
-    precise float bounds_3 = bounds_2 + bounds.z;
-    precise float off = bounds_3 * abs(per_sum);
-    precise float range = nif_most(arrivals) - nif_least(arrivals);
-    precise float moved = range * off;
-    precise float slack_2 = slack * 2.0;
-    precise float slack_3 = moved + slack_2;
-    precise float t_low = t - slack_3;
-    precise float t_high = t + slack_3;
-    low = t_low;
-    high = t_high;
+    precise float off = (bounds.x + bounds.y + bounds.z) * abs(per_sum);
+    precise float around = (nif_most(arrivals) - nif_least(arrivals)) * off + slack * 2.0;
+    low = t - around;
+    high = t + around;
     if (low > nif_tmax || high < nif_tmin) {
       return false;
     }
@@ -876,16 +821,59 @@ void nif_forget_triangles(bool first) {
   nif_others_low = nif_infinity();
 }
 
+// What the triangles between the planes say. nif_enter_tree() has prepared the ray.
+NifAnswer nif_ask_triangles(NifAnswer by_planes) {
+  nif_leave_boxes_outside(by_planes.open_begin, by_planes.open_end);
+  nif_walk_tree(NIF_NONE);
+  if (nif_in_reach && (nif_met_surely || !nif_doubtful)) {
+    return nif_known(!nif_met, true, by_planes.open_begin, by_planes.open_end);
+  }
+  return NifAnswer(!nif_met, false, nif_met ? -1 : 0, 0.5, by_planes.open_begin, by_planes.open_end, NIF_NONE);
+}
+#endif
+
 // ---- Queries
 
-// Not where a number is not finite (tmin and tmax may be infinite), the origin is 2^126 or more, the direction is 0 or too
-// small or large to compute with, or tmin > tmax.
-bool nif_is_valid(vec3 origin, vec3 direction, float tmin, float tmax) {
-  precise vec3 enlarged = origin * 4.0;
-  float steepest = nif_largest(direction);
-  bool moves = steepest >= 8.67361737988403547e-19 && steepest <= 1.152921504606846976e18;
-  return nif_all_finite(enlarged) && nif_all_finite(direction) && moves && !nif_is_nan(tmin) && !nif_is_nan(tmax) &&
-         tmin <= tmax;
+// Goes to an object. Returns false if this file does not read its tables.
+bool nif_enter_object(uint object) {
+  nif_object = object;
+  uint parts = 3u;
+#if NIF_TRIANGLES
+  parts |= 4u;
+#endif
+#if NIF_PLANES
+  parts |= 8u;
+#endif
+  return nif_header(0u) == 0x5346494eu && nif_header(1u) == 2u && (nif_header(3u) | parts) == parts;
+}
+
+// The whole of it. `moved`: as for nif_enter_tree(). Planes are asked in one place, because compilers that copy each function
+// to its callers would otherwise have that traversal twice.
+NifAnswer nif_ask(uint object, vec3 origin, vec3 direction, float tmin, float tmax, bool learned, float moved) {
+  NifAnswer answer = nif_unknown(tmin, tmax);
+  if (!nif_enter_object(object)) {
+    return answer;
+  }
+  uint flags = nif_header(3u);
+#if NIF_TRIANGLES
+  if ((flags & 4u) != 0u) {
+    nif_forget_triangles(false);
+    if (!nif_enter_tree(origin, direction, tmin, tmax, moved)) {
+      return nif_known(true, NIF_PROVES && (flags & 2u) != 0u && nif_no_points(tmin, tmax), tmin, tmax);
+    }
+  }
+#endif
+#if NIF_PLANES
+  if ((flags & 8u) != 0u) {
+    answer = nif_ask_planes(origin, direction, tmin, tmax, learned);
+  }
+#endif
+#if NIF_TRIANGLES
+  if ((flags & 4u) != 0u && !answer.certain) {
+    answer = nif_ask_triangles(answer);
+  }
+#endif
+  return answer;
 }
 
 // What proofs alone say: a valid ray that is not certain is open, and counts as occluded.
@@ -900,161 +888,33 @@ NifAnswer nif_or_open(NifAnswer answer, bool valid) {
   return open;
 }
 
-// By planes, and if `learned` by the network about what they leave open, if there is one.
-NifAnswer nif_ask_planes(vec3 origin, vec3 direction, float tmin, float tmax, bool learned) {
-  NifAnswer answer = NifAnswer(false, false, -1, 0.5, tmin, tmax, NIF_NONE);
-  uint flags = nif_header(3u);
-  uint samples = nif_header(18u);
-  bool has_network = learned && (flags & 1u) != 0u && nif_header(21u) <= uint(NIF_NETWORK_WORDS);
-  bool over = true;
-  nif_placing = false;
-  if (nif_enter_grid(origin, direction, tmin, tmax)) {
-    nif_begin();
-    over = false;
-    // Each step goes at least one cell along an axis, and a ray is traversed at most twice.
-    for (int k = 0; k < 2 * (3 * 1024 + 2); ++k) {
-      if (nif_next()) {
-        continue;
-      }
-      if (nif_placing || nif_blocked || nif_count == 0u || !has_network) {
-        over = true;
-        break;
-      }
-      // From the end that makes the direction point up.
-      vec3 d = nif_direction;
-      nif_reversed = d.z < 0.0 || (d.z == 0.0 && (d.y < 0.0 || (d.y == 0.0 && d.x < 0.0)));
-      for (uint w = 0u; w < uint(NIF_NETWORK_WORDS); ++w) {
-        nif_input[w] = 0u;
-        nif_output[w] = 0u;
-      }
-      nif_put_globals(samples);
-      precise float spacing = nif_open_t / float(samples);
-      nif_spacing = spacing;
-      nif_last = nif_count - 1u;
-      nif_placed = 0u;
-      nif_start = 0.0;
-      nif_placing = true;
-      nif_begin();
-    }
-  }
-  if (!over) {
-    return answer;
-  }
-  if (nif_blocked || nif_count == 0u) {
-    answer.visible = !nif_blocked;
-    answer.certain = NIF_PROVES && nif_near && (flags & 2u) != 0u;
-    answer.logit = nif_blocked ? -NIF_CERTAIN_LOGIT : NIF_CERTAIN_LOGIT;
-    answer.probability = nif_blocked ? 0.0 : 1.0;
-    return answer;
-  }
-
-  // The interval in which the caller's own triangles can decide: a voxel longer at each end.
-  float reach = nif_largest(nif_origin);
-  precise float culling_reach = 0.25 * NIF_CERTAIN_REACH;
-  if (reach <= culling_reach) {
-    precise float voxel = float(1u << nif_levels) / nif_largest(nif_direction);
-    precise float begin = nif_open_begin - voxel;
-    precise float end = nif_open_end + voxel;
-    answer.open_begin = nif_larger(begin, tmin);
-    answer.open_end = nif_smaller(end, tmax);
-  }
-  if (nif_placing) {
-    answer.logit = nif_evaluate();
-    answer.visible = answer.logit >= 0;
-    precise float odds = float(answer.logit + int(nif_header(23u))) * nif_number(22u);
-    precise float against = 1.0 + exp(-odds);
-    precise float probability = 1.0 / against;
-    answer.probability = probability;
-  }
-  return answer;
-}
-
-// What the triangles between the planes say. nif_enter_tree() has prepared the ray.
-NifAnswer nif_ask_triangles(NifAnswer by_planes) {
-  NifAnswer answer = by_planes;
-  if ((nif_header(3u) & 8u) != 0u) {
-    nif_leave_boxes_outside(answer.open_begin, answer.open_end);
-  }
-  nif_walk_tree(NIF_NONE);
-  answer.visible = !nif_met;
-  answer.certain = nif_in_reach && (nif_met_surely || !nif_doubtful);
-  answer.logit = answer.visible ? 0 : -1;
-  answer.probability = 0.5;
-  if (answer.certain) {
-    answer.logit = answer.visible ? NIF_CERTAIN_LOGIT : -NIF_CERTAIN_LOGIT;
-    answer.probability = answer.visible ? 1.0 : 0.0;
-  }
-  return answer;
-}
-
-// The whole of it. `moved`: as for nif_enter_tree(). Planes are asked in one place, because compilers that copy each function
-// to its callers would otherwise have that traversal twice.
-NifAnswer nif_ask(uint object, vec3 origin, vec3 direction, float tmin, float tmax, bool learned, float moved) {
-  nif_object = object;
-  uint flags = nif_header(3u);
-  bool has_triangles = (flags & 4u) != 0u;
-  NifAnswer answer = NifAnswer(false, false, -1, 0.5, tmin, tmax, NIF_NONE);
-  if (nif_header(0u) != 0x5346494eu || nif_header(1u) != 2u || (has_triangles && !NIF_TRIANGLES)) {
-    return answer;  // not tables that this file reads
-  }
-  bool by_triangles = NIF_TRIANGLES && has_triangles;
-  if (by_triangles) {
-    nif_forget_triangles(false);
-    if (!nif_enter_tree(origin, direction, tmin, tmax, moved)) {
-      bool proves = NIF_PROVES && (flags & 2u) != 0u;
-      bool no_points = !nif_is_nan(tmin) && !nif_is_nan(tmax) && tmin > tmax;
-      return NifAnswer(true, proves && no_points, NIF_CERTAIN_LOGIT, 1.0, tmin, tmax, NIF_NONE);
-    }
-  }
-  if (!by_triangles || (flags & 8u) != 0u) {
-    answer = nif_ask_planes(origin, direction, tmin, tmax, learned && !by_triangles);
-  }
-  if (by_triangles && !answer.certain) {
-    answer = nif_ask_triangles(answer);
-  }
-  return answer;
-}
-
+#if NIF_SCENES
 // ---- Scenes
-
-// The sum of three products, in the CPU's order.
-float nif_row(vec3 row, vec3 v) {
-  precise vec3 products = row * v;
-  precise float two = products.x + products.y;
-  precise float three = two + products.z;
-  return three;
-}
-
-// Whether a ray may meet a box from `low` to `high` along one axis: narrows nif_enter and nif_leave.
-bool nif_slab(float low, float high, float origin, float direction) {
-  if (!(abs(direction) >= 1.17549435082228751e-38)) {  // 2^-126
-    return low < origin && origin < high;
-  }
-  precise float inverse = 1.0 / direction;
-  precise float to_low = low - origin;
-  precise float t_low = to_low * inverse;
-  precise float to_high = high - origin;
-  precise float t_high = to_high * inverse;
-  nif_enter = nif_larger(nif_smaller(t_low, t_high), nif_enter);
-  nif_leave = nif_smaller(nif_larger(t_high, t_low), nif_leave);
-  return true;
-}
 
 // Whether a valid ray may meet the box of an instance. A ray that does not certainly misses it, from anywhere.
 bool nif_may_meet(uint box, vec3 origin, vec3 direction, float tmin, float tmax) {
   vec3 low = nif_vector(box);
   vec3 high = nif_vector(box + 3u);
-  nif_enter = -nif_infinity();
-  nif_leave = nif_infinity();
-  if (!nif_slab(low.x, high.x, origin.x, direction.x) || !nif_slab(low.y, high.y, origin.y, direction.y) ||
-      !nif_slab(low.z, high.z, origin.z, direction.z)) {
-    return false;
+  float enter = -nif_infinity();
+  float leave = nif_infinity();
+  for (int a = 0; a < 3; ++a) {
+    bool moves = abs(direction[a]) >= 1.17549435082228751e-38;  // 2^-126
+    if (!moves && !(low[a] < origin[a] && origin[a] < high[a])) {
+      return false;
+    }
+    if (moves) {
+      precise float inverse = 1.0 / direction[a];
+      precise float t_low = (low[a] - origin[a]) * inverse;
+      precise float t_high = (high[a] - origin[a]) * inverse;
+      enter = nif_larger(nif_smaller(t_low, t_high), enter);
+      leave = nif_smaller(nif_larger(t_high, t_low), leave);
+    }
   }
-  precise float enter_less = nif_enter * 0.9999847412109375;  // 1 - 2^-16
-  precise float enter_more = nif_enter * 1.0000152587890625;
+  precise float enter_less = enter * 0.9999847412109375;  // 1 - 2^-16
+  precise float enter_more = enter * 1.0000152587890625;
   precise float first = nif_smaller(enter_less, enter_more) - 7.34683969e-40;  // 2^-130
-  precise float leave_less = nif_leave * 0.9999847412109375;
-  precise float leave_more = nif_leave * 1.0000152587890625;
+  precise float leave_less = leave * 0.9999847412109375;
+  precise float leave_more = leave * 1.0000152587890625;
   precise float last = nif_larger(leave_less, leave_more) + 7.34683969e-40;
   float begin = nif_larger(nif_smaller(first, 1.70141183460469232e38), tmin);  // 2^127
   float end = nif_smaller(nif_larger(last, -1.70141183460469232e38), tmax);
@@ -1064,8 +924,11 @@ bool nif_may_meet(uint box, vec3 origin, vec3 direction, float tmin, float tmax)
 uint nif_local_object;
 vec3 nif_local_origin;
 vec3 nif_local_direction;
-float nif_local_moved;     // as for nif_enter_tree()
-bool nif_local_stays;      // what is proven in object space is so in the world
+float nif_local_moved;          // as for nif_enter_tree()
+bool nif_local_stays;           // what is proven in object space is so in the world
+
+// Three rows times v.
+vec3 nif_rows(vec3 x, vec3 y, vec3 z, vec3 v) { return vec3(nif_product(x, v), nif_product(y, v), nif_product(z, v)); }
 
 // Takes a ray to the space of an instance whose words begin at `at`: sets nif_local_origin and what follows it.
 void nif_enter_instance(uint scene, uint at, vec3 origin, vec3 direction, float tmin, float tmax) {
@@ -1076,28 +939,24 @@ void nif_enter_instance(uint scene, uint at, vec3 origin, vec3 direction, float 
   nif_local_moved = -1.0;
   bool stays = true;
   if ((word & 0x20000000u) == 0u) {  // not the identity
-    vec3 row_x = nif_vector(at);
-    vec3 row_y = nif_vector(at + 3u);
-    vec3 row_z = nif_vector(at + 6u);
+    vec3 x = nif_vector(at);
+    vec3 y = nif_vector(at + 3u);
+    vec3 z = nif_vector(at + 6u);
     vec3 remainder = nif_vector(at + 12u);
-    precise vec3 moved = origin - nif_vector(at + 9u);
-    precise vec3 relative = moved - remainder;
-    nif_local_origin = vec3(nif_row(row_x, relative), nif_row(row_y, relative), nif_row(row_z, relative));
-    nif_local_direction = vec3(nif_row(row_x, direction), nif_row(row_y, direction), nif_row(row_z, direction));
+    precise vec3 relative = origin - nif_vector(at + 9u) - remainder;
+    nif_local_origin = nif_rows(x, y, z, relative);
+    nif_local_direction = nif_rows(x, y, z, direction);
     // Whether a proof for the ray in object space holds in the world: rounding must move it little.
-    vec3 far = abs(relative);
-    vec3 steep = abs(direction);
-    vec3 reaches = vec3(nif_row(abs(row_x), far), nif_row(abs(row_y), far), nif_row(abs(row_z), far));
-    vec3 spreads = vec3(nif_row(abs(row_x), steep), nif_row(abs(row_y), steep), nif_row(abs(row_z), steep));
-    float reach = nif_largest(reaches);
+    float reach = nif_largest(nif_rows(abs(x), abs(y), abs(z), abs(relative)));
+    float spread = nif_largest(nif_rows(abs(x), abs(y), abs(z), abs(direction)));
     bool remains = remainder.x != 0.0 || remainder.y != 0.0 || remainder.z != 0.0;
     precise float longer = reach * 1.25;
     nif_local_moved = remains ? longer : reach;
-    precise float cells = nif_local_moved * uintBitsToFloat(NIF_WORD(nif_local_object + 47u));
+    precise float cells = nif_local_moved * nif_float(nif_local_object + 47u);
     precise float most = NIF_CERTAIN_REACH * 0.125;
     precise float times = NIF_CERTAIN_REACH * 0.000244140625;  // 4 for the CPU's reach
     precise float wide = times * nif_largest(nif_local_direction);
-    stays = tmin > tmax || ((word & 0x40000000u) != 0u && cells <= most && nif_largest(spreads) <= wide);
+    stays = tmin > tmax || ((word & 0x40000000u) != 0u && cells <= most && spread <= wide);
   }
   nif_local_stays = stays && (word & 0x80000000u) == 0u;
 }
@@ -1115,24 +974,23 @@ NifAnswer nif_ask_instance(uint scene, uint at, vec3 origin, vec3 direction, flo
   return answer;
 }
 
+bool nif_is_scene(uint scene) { return NIF_WORD(scene) == 0x4346494eu && NIF_WORD(scene + 1u) == 2u; }
+
 // The answers of all instances joined: one that blocks the ray is enough.
 NifAnswer nif_ask_scene(uint scene, vec3 origin, vec3 direction, float tmin, float tmax, uint mask, bool learned) {
-  NifAnswer joined = NifAnswer(false, false, -1, 0.5, tmin, tmax, NIF_NONE);
-  if (NIF_WORD(scene) != 0x4346494eu || NIF_WORD(scene + 1u) != 2u) {
-    return joined;  // not a scene that this file reads
+  if (!nif_is_scene(scene)) {
+    return nif_unknown(tmin, tmax);
   }
-  uint count = NIF_WORD(scene + 4u);
   bool proves = NIF_PROVES && (NIF_WORD(scene + 3u) & 2u) != 0u;
-  bool no_points = !nif_is_nan(tmin) && !nif_is_nan(tmax) && tmin > tmax;
   bool valid = nif_is_valid(origin, direction, tmin, tmax);
-  bool all_certain = proves && (valid || no_points);
+  bool all_certain = proves && (valid || nif_no_points(tmin, tmax));
   bool blocked = false;
-  joined = NifAnswer(true, all_certain, NIF_CERTAIN_LOGIT, 1.0, tmin, tmax, NIF_NONE);
+  NifAnswer joined = nif_known(true, all_certain, tmin, tmax);
   if (proves) {  // else what proves nothing may block the ray anywhere
     joined.open_begin = nif_infinity();
     joined.open_end = -nif_infinity();
   }
-  bool alone = count == 1u;  // then its box is not asked, as by the CPU
+  bool alone = NIF_WORD(scene + 4u) == 1u;  // then its box is not asked, as by the CPU
   uint node = scene + NIF_WORD(scene + 11u);
   uint end = scene + NIF_WORD(scene + 12u);
   for (; node < end && !blocked;) {
@@ -1167,21 +1025,22 @@ NifAnswer nif_ask_scene(uint scene, vec3 origin, vec3 direction, float tmin, flo
   joined.certain = joined.visible ? all_certain : blocked;
   return joined;
 }
+#endif
 
+#if NIF_TRIANGLES && NIF_FIRST_HITS
 // ---- First hits
 
 // Looks for a nearer triangle in one object. `stays`: what is proven for this ray is so in the world.
 void nif_find_first(uint object, vec3 origin, vec3 direction, float tmin, float tmax, float moved, bool stays,
                     uint instance) {
-  nif_object = object;
-  bool is_known = nif_header(0u) == 0x5346494eu && nif_header(1u) == 2u;
-  uint flags = is_known ? nif_header(3u) : 0u;
-  bool has_planes = (flags & 8u) != 0u;
-  bool has_triangles = NIF_TRIANGLES && (flags & 4u) != 0u;
-  NifAnswer answer = NifAnswer(false, false, -1, 0.5, tmin, tmax, NIF_NONE);
-  if (has_planes) {
+  uint flags = nif_enter_object(object) ? nif_header(3u) : 0u;
+  bool has_triangles = (flags & 4u) != 0u;
+  NifAnswer answer = nif_unknown(tmin, tmax);
+#if NIF_PLANES
+  if ((flags & 8u) != 0u) {
     answer = nif_ask_planes(origin, direction, tmin, tmax, false);
   }
+#endif
   bool passes = answer.certain && answer.visible;
   bool proves = passes && stays;
   if (has_triangles && !passes) {
@@ -1219,10 +1078,7 @@ uint nif_source_triangle(uint triangle) {
 vec3 nif_unit(vec3 v) {
   float largest = nif_largest(v);
   precise vec3 scaled = v / (largest > 0.0 ? largest : 1.0);
-  precise vec3 squares = scaled * scaled;
-  precise float sum_2 = squares.x + squares.y;
-  precise float sum = sum_2 + squares.z;
-  float length = sqrt(sum);
+  float length = sqrt(nif_product(scaled, scaled));
   precise vec3 unit = scaled / (length > 0.0 ? length : 1.0);
   return unit;
 }
@@ -1246,28 +1102,23 @@ NifHit nif_take_hit(vec3 direction) {
   precise vec3 edge_2 = nif_vector(vertices + 3u * ((nif_hit_corners >> 16) & 255u)) - p;
   vec3 way_1 = nif_unit(edge_1);
   vec3 way_2 = nif_unit(edge_2);
-  precise vec3 plus = way_1.yzx * way_2.zxy;
-  precise vec3 minus = way_1.zxy * way_2.yzx;
-  precise vec3 across = plus - minus;
-  vec3 normal = across;
+  precise vec3 normal = way_1.yzx * way_2.zxy - way_1.zxy * way_2.yzx;
+#if NIF_SCENES
   if (nif_hit_instance != NIF_NONE) {
     hit.instance = NIF_WORD(nif_hit_instance + 23u);
     if ((NIF_WORD(nif_hit_instance + 21u) & 0x20000000u) == 0u) {
-      precise vec3 by_x = nif_vector(nif_hit_instance) * across.x;
-      precise vec3 by_y = nif_vector(nif_hit_instance + 3u) * across.y;
-      precise vec3 by_z = nif_vector(nif_hit_instance + 6u) * across.z;
-      precise vec3 by_two = by_x + by_y;
-      precise vec3 by_all = by_two + by_z;
-      normal = by_all;
+      normal = nif_vector(nif_hit_instance) * normal.x + nif_vector(nif_hit_instance + 3u) * normal.y +
+               nif_vector(nif_hit_instance + 6u) * normal.z;
     }
   }
+#endif
   vec3 way = nif_unit(direction);
-  normal = nif_unit(normal);
-  float facing = nif_row(normal, way);
-  normal = facing > 0.0 ? -normal : normal;
-  hit.normal = nif_largest(normal) > 0.0 ? normal : -way;
+  vec3 facing = nif_unit(normal);
+  facing = nif_product(facing, way) > 0.0 ? -facing : facing;
+  hit.normal = nif_largest(facing) > 0.0 ? facing : -way;
   return hit;
 }
+#endif
 
 // ---- What to call. `object` is the first word of the object's tables in the buffer: 0 if it has but one.
 
@@ -1283,6 +1134,7 @@ NifAnswer nif_prove(uint object, vec3 origin, vec3 direction, float tmin, float 
   return nif_or_open(nif_ask(object, origin, direction, tmin, tmax, false, -1.0), valid);
 }
 
+#if NIF_SCENES
 // The same of a scene, whose words begin at `scene`, for a ray in world space. It meets the instances whose mask has a bit
 // in common with `mask`.
 NifAnswer nif_query_scene(uint scene, vec3 origin, vec3 direction, float tmin, float tmax, uint mask) {
@@ -1292,7 +1144,9 @@ NifAnswer nif_prove_scene(uint scene, vec3 origin, vec3 direction, float tmin, f
   bool valid = nif_is_valid(origin, direction, tmin, tmax);
   return nif_or_open(nif_ask_scene(scene, origin, direction, tmin, tmax, mask, false), valid);
 }
+#endif
 
+#if NIF_TRIANGLES && NIF_FIRST_HITS
 // The first triangle that the ray hits, of an object or of a scene. Objects without triangles are not hit; if they may be in
 // the way, the hit is not certain.
 NifHit nif_first_hit(uint object, vec3 origin, vec3 direction, float tmin, float tmax) {
@@ -1300,16 +1154,17 @@ NifHit nif_first_hit(uint object, vec3 origin, vec3 direction, float tmin, float
   nif_find_first(object, origin, direction, tmin, tmax, -1.0, true, NIF_NONE);
   return nif_take_hit(direction);
 }
+#if NIF_SCENES
 NifHit nif_first_hit_scene(uint scene, vec3 origin, vec3 direction, float tmin, float tmax, uint mask) {
   nif_forget_triangles(true);
-  if (NIF_WORD(scene) != 0x4346494eu || NIF_WORD(scene + 1u) != 2u) {
+  if (!nif_is_scene(scene)) {
     nif_doubtful = true;
     return nif_take_hit(direction);
   }
   bool alone = NIF_WORD(scene + 4u) == 1u;
   bool valid = nif_is_valid(origin, direction, tmin, tmax);
-  bool no_points = !nif_is_nan(tmin) && !nif_is_nan(tmax) && tmin > tmax;
-  nif_doubtful = !NIF_PROVES || (NIF_WORD(scene + 3u) & 2u) == 0u || (!valid && !no_points);
+  bool proves = NIF_PROVES && (NIF_WORD(scene + 3u) & 2u) != 0u;
+  nif_doubtful = !proves || (!valid && !nif_no_points(tmin, tmax));
   nif_others_low = nif_doubtful ? -nif_infinity() : nif_infinity();
   uint node = scene + NIF_WORD(scene + 11u);
   uint end = scene + NIF_WORD(scene + 12u);
@@ -1338,3 +1193,5 @@ NifHit nif_first_hit_scene(uint scene, vec3 origin, vec3 direction, float tmin, 
   }
   return nif_take_hit(direction);
 }
+#endif
+#endif

@@ -125,6 +125,17 @@ const char* unfit(const SegmentField& field, std::pmr::memory_resource* memory) 
   return nullptr;
 }
 
+uint64_t count_words(const PlanesField& field) { return kHeaderWords + cpu::traversal_bytes(field) / 4; }
+
+uint64_t count_words(const TrianglesField& field, const SourceTriangles& source) {
+  const uint64_t numbers = source.words == nullptr ? 0 : source_words(source.count, source.bits) + 1;
+  return kHeaderWords + count_tree_words(field) + uint64_t{3} * field.vertex_count + numbers;
+}
+
+uint64_t count_words(const ExactField& field, const SourceTriangles& source) {
+  return count_words(field.planes) + count_words(field.triangles, source) - kHeaderWords;
+}
+
 Words make_tables(const PlanesField& field, const About& about, std::pmr::memory_resource* memory) {
   Words words = start(field, about, memory);
   finish(words);

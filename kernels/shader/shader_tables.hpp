@@ -110,6 +110,11 @@ std::pmr::vector<uint32_t> make_tables(const PlanesField& field, const About& ab
 std::pmr::vector<uint32_t> make_tables(const SegmentField& field, const About& about,
                                        std::pmr::memory_resource* memory);
 
+/// How many words the tables of an object have, without making them.
+uint64_t count_words(const PlanesField& field);
+uint64_t count_words(const TrianglesField& field, const SourceTriangles& source);
+uint64_t count_words(const ExactField& field, const SourceTriangles& source);
+
 /// `source`: as the object has them, or empty.
 std::pmr::vector<uint32_t> make_tables(const TrianglesField& field, const SourceTriangles& source,
                                        const About& about, std::pmr::memory_resource* memory);

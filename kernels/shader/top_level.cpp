@@ -68,6 +68,11 @@ class Builder {
 
 }  // namespace
 
+size_t count_top_level_words(size_t boxes) {
+  if (boxes <= kMostOfLeaf) return boxes == 0 ? 0 : kTopNodeWords;
+  return kTopNodeWords + count_top_level_words(boxes / 2) + count_top_level_words(boxes - boxes / 2);
+}
+
 TopLevel make_top_level(std::span<const WorldBox> boxes, uint32_t first, std::pmr::memory_resource* memory) {
   TopLevel made{std::pmr::vector<uint32_t>(boxes.size(), 0u, memory), std::pmr::vector<uint32_t>(memory)};
   std::iota(made.order.begin(), made.order.end(), 0u);

@@ -22,7 +22,9 @@ struct TopLevel {
   std::pmr::vector<uint32_t> words;
 };
 
-/// `first`: where the tree's words will lie. How many there are depends on the number of boxes alone.
+/// How many words the tree takes over so many boxes.
+size_t count_top_level_words(size_t boxes);
+/// `first`: where the tree's words will lie.
 TopLevel make_top_level(std::span<const WorldBox> boxes, uint32_t first, std::pmr::memory_resource* memory);
 
 }  // namespace nif::kernels::shader

@@ -4,7 +4,8 @@
     kernels/shader/translate.py nif.glsl nif.wgsl
 
 It knows the narrow style of that file and no more: one declaration a statement, blocks in braces, no side effects in
-conditional expressions, no structures but those two, no pointers. Whatever it does not know ends it with 1 and the line.
+conditional expressions, no structures but those two, no pointers. Lines of the preprocessor become comments, which mark what
+may be left out. Whatever it does not know ends it with 1 and the line.
 """
 import re
 import sys
@@ -16,13 +17,16 @@ CALLS = {"floatBitsToUint": "bitcast<u32>", "uintBitsToFloat": "bitcast<f32>", "
          **{glsl: wgsl for glsl, wgsl in TYPES.items() if wgsl and not glsl.startswith("Nif")}}
 HEAD = """\
 // nif.wgsl: asks a nifkit object whether a ray is blocked, in a shader of your own. Made from nif.glsl, whose comments say
-// how to use it. WGSL has no preprocessor: change what follows up to the first line of dashes to your needs.
+// how to use it. WGSL has no preprocessor: change what follows up to the structures to your needs.
 @group(0) @binding(0) var<storage, read> nif_words : array<u32>;
 fn nif_word(i : u32) -> u32 { return nif_words[i]; }
-const NIF_NETWORK_WORDS : u32 = 12u;
-const NIF_CERTAIN_REACH : f32 = 8192.0;
 const NIF_PROVES : bool = false;  // WGSL may reorder sums, and for that no bound is derived: no answer is certain
-const NIF_TRIANGLES : bool = true;
+// #if NIF_PLANES || NIF_SCENES // Such marks, up to `// #endif`, have what may be left out; `nif export-shader` does that.
+const NIF_CERTAIN_REACH : f32 = 8192.0;
+// #endif
+// #if NIF_PLANES && NIF_NETWORK
+const NIF_NETWORK_WORDS : u32 = 12u;
+// #endif
 """
 
 
@@ -132,8 +136,8 @@ def of_file(code):
     """A line outside of functions."""
     if found := re.fullmatch(rf"const ({TYPE}) (\w+) = (.*);", code):
         return f"const {found[2]} : {TYPES[found[1]]} = {found[3]};"
-    if found := re.fullmatch(rf"({TYPE}) (\w+);", code):
-        return f"var<private> {found[2]} : {TYPES[found[1]]};"
+    if found := re.fullmatch(rf"({TYPE}) (\w+(?:, \w+)*);", code):
+        return " ".join(f"var<private> {name} : {TYPES[found[1]]};" for name in found[2].split(", "))
     if found := re.fullmatch(rf"({TYPE}) (\w+)\[(\w+)\];", code):
         return f"var<private> {found[2]} : array<{TYPES[found[1]]}, {found[3]}>;"
     return None
@@ -144,6 +148,10 @@ def translate(glsl):
     lines, inside, structure = [HEAD], False, False
     source, number = text.split("\n"), 0
     while number < len(source):
+        if source[number].startswith(("#", "precise ")):  # the latter says more of a name, which WGSL cannot
+            lines += ["// " + source[number]] if source[number][0] == "#" else []
+            number += 1
+            continue
         code, mark, comment = source[number].partition("//")
         indent = code[:len(code) - len(code.lstrip())]
         code = code.strip()

@@ -164,6 +164,14 @@ class Writer {
 
 }  // namespace
 
+uint64_t count_tree_words(const TrianglesField& field) {
+  // A leaf has six words and one for each triangle, and there is one inner node less than there are leaves.
+  uint64_t leaves = 0;
+  for (uint32_t i = 0; i < field.node_count; ++i)
+    for (const uint8_t slot : field.nodes[i].slots) leaves += slot != 0 && slot_kind(slot) != kInnerSlot;
+  return 6 * leaves + field.triangle_count + 4 * (leaves - 1);
+}
+
 TreeFrame append_tree(const TrianglesField& field, std::pmr::vector<uint32_t>& words) {
   return Writer(field, words).write();
 }

@@ -22,7 +22,9 @@ struct TreeFrame {
   float corner[3], step[3];
 };
 
-/// Appends the tree to the words. The field must be one that the loader accepts.
+/// How many words the tree takes. The field must be one that the loader accepts.
+uint64_t count_tree_words(const TrianglesField& field);
+/// Appends the tree to the words.
 TreeFrame append_tree(const TrianglesField& field, std::pmr::vector<uint32_t>& words);
 
 }  // namespace nif::kernels::shader

@@ -5,6 +5,9 @@
 // nifkit's functions. They read the object's words from the buffer at this place.
 #define NIF_SET 0
 #define NIF_BINDING 0
+// This shader asks one object alone, and whether a ray is blocked, not where.
+#define NIF_SCENES 0
+#define NIF_FIRST_HITS 0
 #include "nif.glsl"
 
 layout(local_size_x = 64) in;

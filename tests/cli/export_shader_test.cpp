@@ -38,15 +38,66 @@ class ExportShader : public testing::Test {
 
 TEST_F(ExportShader, WritesTheTextAndTheWords) {
   const std::string asset = write_asset({.objects = 1, .instances = 2, .bvhs = 1, .features = 2});
-  const Outcome outcome = nif({"export-shader", asset, "-o", folder()});
+  const Outcome outcome = nif({"export-shader", asset, "-o", folder(), "--whole"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
-  EXPECT_EQ(lines_of(outcome.out).size(), 5u) << outcome.out;
+  ASSERT_EQ(lines_of(outcome.out).size(), 6u) << outcome.out;
+  EXPECT_EQ(lines_of(outcome.out)[5],
+            "sections of the functions: planes, network, triangles, scenes, first hits");
   EXPECT_EQ(read("nif.glsl"), nifkit::shader_source(NIF_SHADER_GLSL));
   EXPECT_EQ(read("nif.wgsl"), nifkit::shader_source(NIF_SHADER_WGSL));
   const auto loaded = nifkit::Asset::load(nifkit::Device("shaders=on"), asset);
   EXPECT_EQ(read("it.object-0.words"), bytes_of(loaded.shader_tables(0)));
   EXPECT_EQ(read("it.object-1.words"), bytes_of(loaded.shader_tables(1)));
   EXPECT_EQ(read("it.scene.words").substr(0, 4), "NIFC");
+}
+
+TEST_F(ExportShader, WritesOnlyTheSectionsThatTheWordsNeed) {
+  const std::string asset =
+      write_asset({.objects = 1, .instances = 2, .bvhs = 1, .proofs = 1, .features = 2});
+  struct Case {
+    std::vector<std::string> options, sections;
+    std::vector<const char*> has, lacks;
+  };
+  const Case cases[] = {
+      {{"--object", "0"},
+       {"planes", "network"},
+       {"nif_query(", "nif_evaluate"},
+       {"nif_meet_triangle", "nif_first_hit", "nif_query_scene"}},
+      {{"--object", "1"},
+       {"triangles", "first hits"},
+       {"nif_query(", "nif_first_hit("},
+       {"nif_evaluate", "nif_next", "nif_first_hit_scene"}},
+      {{"--object", "2"}, {"planes"}, {"nif_prove("}, {"nif_evaluate", "NIF_NETWORK_WORDS", "nif_first_hit"}},
+      {{}, {"planes", "network", "triangles", "scenes", "first hits"}, {"nif_first_hit_scene"}, {}}};
+  for (const Case& c : cases) {
+    std::vector<std::string> arguments{"export-shader", asset, "-o", folder(), "--json"};
+    arguments.insert(arguments.end(), c.options.begin(), c.options.end());
+    const Outcome outcome = nif(arguments);
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(nlohmann::json::parse(outcome.out)["sections"].get<std::vector<std::string>>(), c.sections);
+    for (const char* name : {"nif.glsl", "nif.wgsl"}) {
+      const std::string text = read(name);
+      for (const char* part : c.has) EXPECT_NE(text.find(part), std::string::npos) << name << ": " << part;
+      for (const char* part : c.lacks) EXPECT_EQ(text.find(part), std::string::npos) << name << ": " << part;
+      EXPECT_EQ(text.find("#if NIF_"), std::string::npos) << name;
+      EXPECT_NE(lines_of(text)[1].find("nif export-shader"), std::string::npos) << lines_of(text)[1];
+    }
+  }
+}
+
+TEST_F(ExportShader, HasNoSceneOfOneObjectAsItIs) {
+  for (const bool is_moved : {false, true}) {
+    format::Asset made = random_asset(5, {.objects = 1, .instances = 1, .features = 2});
+    made.instances[0].transform = {1, 0, 0, 0, 0, 1, 0, is_moved ? 2.0f : 0.0f, 0, 0, 1, 0};
+    const auto bytes = format::encode(made);
+    const std::string asset =
+        dir_.write("it.nif", {reinterpret_cast<const char*>(bytes.data()), bytes.size()}).string();
+    const Outcome outcome = nif({"export-shader", asset, "-o", folder()});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(fs::exists(fs::path(folder()) / "it.scene.words"), is_moved);
+    EXPECT_EQ(read("nif.glsl").find("nif_query_scene") != std::string::npos, is_moved);
+    fs::remove_all(folder());
+  }
 }
 
 TEST_F(ExportShader, LeavesOutWhatShadersCannotAnswer) {

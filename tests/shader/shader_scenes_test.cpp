@@ -271,6 +271,35 @@ TEST_F(ShaderScenes, MayHaveTriangles) {
   EXPECT_GT(hits, in_all / 20);
 }
 
+TEST_F(ShaderScenes, ThatMovedAreWrittenWithoutTheirObjects) {
+  Random random(4);
+  const auto file = format::encode(random_asset(
+      4, {.objects = 1, .instances = 0, .bvhs = 1, .exacts = 1, .proofs = 1, .features = 2, .sources = 1}));
+  const nifkit::Asset asset = nifkit::Asset::load(device_, std::span<const std::byte>(file));
+  nifkit::Scene scene(device_);
+  for (uint32_t i = 0; i < 13; ++i) scene.add_instance(asset, i % 4, random_placement(random, 10));
+  scene.commit();
+  const std::vector<uint32_t> before = scene.shader_tables();
+  const uint32_t moving = before[kernels::shader::kObjects];
+  for (uint32_t i = 0; i < 13; ++i) scene.set_instance_transform(i, random_placement(random, 10));
+  scene.commit();
+
+  std::vector<uint32_t> moved = before;
+  uint64_t count = 0;
+  for (const uint64_t capacity :
+       {uint64_t{0}, uint64_t{moving} - 1, uint64_t{moving} + 1, before.size() - 1}) {
+    EXPECT_EQ(nifGetSceneShaderTables(scene.get(), moved.data(), capacity, &count),
+              NIF_ERROR_INVALID_ARGUMENT);
+    EXPECT_EQ(moved, before);
+  }
+  ASSERT_EQ(nifGetSceneShaderTables(scene.get(), moved.data(), moving, &count), NIF_OK)
+      << nifGetErrorMessage();
+  EXPECT_EQ(count, before.size());
+  EXPECT_NE(moved, before);
+  EXPECT_TRUE(std::equal(moved.begin() + moving, moved.end(), before.begin() + moving));
+  EXPECT_EQ(moved, scene.shader_tables());
+}
+
 TEST_F(ShaderScenes, AreRefusedInASentence) {
   nifkit::Scene scene(device_);
   uint64_t count = 7;

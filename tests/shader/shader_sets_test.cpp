@@ -1,5 +1,5 @@
 // Rays of every named set through a baked field and its planes alone, answered by a shader as by the reference; and
-// in looser arithmetic than Vulkan allows (rough.sed), where no proof may be wrong. NIF_TEST_SEGMENTS says how many rays of each set instead of 100,000.
+// in looser arithmetic than Vulkan allows (rough.py), where no proof may be wrong. NIF_TEST_SEGMENTS says how many rays of each set instead of 100,000.
 #include "formats/mesh/read.hpp"
 #include "formats/nif/writer.hpp"
 #include "kernels/reference/reference_encodings.hpp"

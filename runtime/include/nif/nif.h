@@ -378,8 +378,8 @@ NIF_API NifError nifGetAssetInstanceInfo(NifAsset asset, uint32_t instance, NifA
  * words; if those are too few, nothing is written and it gives NIF_ERROR_INVALID_ARGUMENT. The object must be of
  * `segment`, `proof`, `bvh` or `exact`, and its network like those that nif bake makes; otherwise it
  * gives NIF_ERROR_NOT_AVAILABLE. Where kernels free a file's bytes after the load (docs/runtime.md), it gives
- * NIF_ERROR_INVALID_OPERATION, unless the device was made with shaders=on. Both calls build the tables, in
- * memory of the device that they free. */
+ * NIF_ERROR_INVALID_OPERATION, unless the device was made with shaders=on. The tables are built
+ * when they are written, those of a `segment` also when they are first counted, in memory of the device that is freed. */
 NIF_API NifError nifGetShaderTables(NifAsset asset, uint32_t object, uint32_t* words, uint64_t capacity,
                                     uint64_t* count);
 
@@ -558,10 +558,10 @@ typedef struct NifSceneInfo {
 /* Allocates nothing. */
 NIF_API NifError nifGetSceneInfo(NifScene scene, NifSceneInfo* info);
 
-/* Writes the tables of a committed scene for shaders: its instances that rays can meet, then the objects that
- * they place, as nifGetShaderTables writes them. Rays are then in world space. What bends gives NIF_ERROR_NOT_AVAILABLE, an
- * object that no shader can answer what nifGetShaderTables would. Otherwise like nifGetShaderTables. A scene that is not
- * committed gives NIF_ERROR_INVALID_OPERATION. */
+/* Writes the tables of a committed scene for shaders, like nifGetShaderTables: its instances that rays can meet, then the objects
+ * that they place. Rays are in world space. After instances moved, only the words before the objects have changed: if `capacity` is
+ * exactly their number, which word 12 has, only these are written. What bends gives NIF_ERROR_NOT_AVAILABLE, and a scene that is
+ * not committed NIF_ERROR_INVALID_OPERATION. */
 NIF_API NifError nifGetSceneShaderTables(NifScene scene, uint32_t* words, uint64_t capacity, uint64_t* count);
 
 /* ---- Queries ----------------------------------------------------------------------------------------- */

@@ -24,6 +24,7 @@ struct NifAssetObject : nif::runtime::Object {
         copies(owner->memory()),
         kernels(owner->memory()),
         file_bytes(memory.bytes().size()),
+        shader_words(view.objects.size(), owner->memory()),
         bending_(owner->memory()) {
     const nif::format::FileParts parts = nif::format::bytes_by_part(view);
     for (size_t i = 0; i < parts.size(); ++i) file_parts[i] = parts[i].bytes;
@@ -65,6 +66,8 @@ struct NifAssetObject : nif::runtime::Object {
 
   nif::runtime::GpuAsset* on_gpu = nullptr;  ///< set once a scene with the asset was committed
   std::atomic<uint64_t> gpu_bytes = 0;
+  /// [object] how many words its tables for shaders have; 0 until they are counted.
+  mutable std::pmr::vector<std::atomic<uint64_t>> shader_words;
 
  private:
   void drop_bytes();

@@ -22,47 +22,78 @@ using kernels::shader::kIdentityBit;
                           std::string(asset.view.objects[object].name) + "') " + why);
 }
 
-std::pmr::vector<uint32_t> tables_of(const NifAssetObject& asset, uint32_t object) {
+/// Throws Failure if no shader can answer an object, or its file is gone.
+const format::ObjectView& readable(const NifAssetObject& asset, uint32_t object) {
   const format::ObjectView& view = answerable(asset, object);
-  const bool segment = view.is<kernels::SegmentField>(), triangles = view.is<kernels::TrianglesField>(),
-             exact = view.is<kernels::ExactField>();
-  if (!segment && !triangles && !exact && !view.is<kernels::PlanesField>())
+  const bool has_triangles = view.is<kernels::TrianglesField>() || view.is<kernels::ExactField>();
+  if (!view.is<kernels::SegmentField>() && !has_triangles && !view.is<kernels::PlanesField>())
     refuse_object(asset, object, NIF_ERROR_NOT_AVAILABLE,
                   "has the encoding '" + std::string(format::encoding_of(view).name) +
                       "'; shaders answer 'segment', 'proof', 'bvh' and 'exact' only");
   if (asset.view.bytes.empty())
     refuse_object(asset, object, NIF_ERROR_INVALID_OPERATION,
                   "is no longer in memory as shaders need it: make the device with shaders=on");
+  if (!has_triangles) return view;
+  const kernels::TrianglesField& field = view.triangles->field;
+  if (uint64_t{field.vertex_count} * 3 +
+          uint64_t{field.triangle_count} * kernels::shader::kMostWordsOfATriangle >=
+      kIdentityBit)
+    refuse_object(asset, object, NIF_ERROR_NOT_AVAILABLE, "has tables for shaders of 2^29 words or more");
+  return view;
+}
+
+kernels::SourceTriangles source_of(const NifAssetObject& asset, uint32_t object) {
+  const format::NumbersView* const numbers = asset.view.numbers_of(object, format::kSourceTriangles);
+  return numbers ? numbers->field : kernels::SourceTriangles();
+}
+
+std::pmr::vector<uint32_t> tables_of(const NifAssetObject& asset, uint32_t object) {
+  using kernels::shader::make_tables;
+  const format::ObjectView& view = readable(asset, object);
   std::pmr::memory_resource* const memory = asset.device->memory();
   About about{view.proven, {}, view.bias};
   std::copy_n(view.aabb_min.begin(), 3, about.bounds);
   std::copy_n(view.aabb_max.begin(), 3, about.bounds + 3);
-  if (triangles || exact) {
-    const kernels::TrianglesField& field = view.triangles->field;
-    if (uint64_t{field.vertex_count} * 3 +
-            uint64_t{field.triangle_count} * kernels::shader::kMostWordsOfATriangle >=
-        kIdentityBit)
-      refuse_object(asset, object, NIF_ERROR_NOT_AVAILABLE, "has tables for shaders of 2^29 words or more");
-    const format::NumbersView* const numbers = asset.view.numbers_of(object, format::kSourceTriangles);
-    const auto source = numbers ? numbers->field : kernels::SourceTriangles();
-    return triangles ? kernels::shader::make_tables(field, source, about, memory)
-                     : kernels::shader::make_tables(view.as<kernels::ExactField>(), source, about, memory);
-  }
-  if (!segment) return kernels::shader::make_tables(view.as<kernels::PlanesField>(), about, memory);
+  if (view.is<kernels::TrianglesField>())
+    return make_tables(view.as<kernels::TrianglesField>(), source_of(asset, object), about, memory);
+  if (view.is<kernels::ExactField>())
+    return make_tables(view.as<kernels::ExactField>(), source_of(asset, object), about, memory);
+  if (view.is<kernels::PlanesField>()) return make_tables(view.as<kernels::PlanesField>(), about, memory);
   const auto field = view.as<kernels::SegmentField>();
   if (const char* why = kernels::shader::unfit(field, memory))
     refuse_object(asset, object, NIF_ERROR_NOT_AVAILABLE, why);
-  return kernels::shader::make_tables(field, about, memory);
+  return make_tables(field, about, memory);
 }
 
-/// Copies the words to where the caller wants them, if there is room.
-uint64_t hand_over(const std::pmr::vector<uint32_t>& words, uint32_t* to, uint64_t capacity) {
-  if (to == nullptr) return words.size();
-  if (capacity < words.size())
-    refuse_argument("words: there is room for " + std::to_string(capacity) + " words, but the tables have " +
-                    std::to_string(words.size()));
+/// How many words tables_of() makes; throws what that does. A `segment` is made the first time, because features decide.
+uint64_t count_of(const NifAssetObject& asset, uint32_t object) {
+  using kernels::shader::count_words;
+  const format::ObjectView& view = readable(asset, object);
+  std::atomic<uint64_t>& count = asset.shader_words[object];
+  if (count == 0) {
+    if (view.is<kernels::TrianglesField>())
+      count = count_words(view.as<kernels::TrianglesField>(), source_of(asset, object));
+    else if (view.is<kernels::ExactField>())
+      count = count_words(view.as<kernels::ExactField>(), source_of(asset, object));
+    else if (view.is<kernels::PlanesField>())
+      count = count_words(view.as<kernels::PlanesField>());
+    else
+      count = tables_of(asset, object).size();
+  }
+  return count;
+}
+
+[[noreturn]] void refuse_room(uint64_t capacity, uint64_t count) {
+  refuse_argument("words: there is room for " + std::to_string(capacity) + " words, but the tables have " +
+                  std::to_string(count));
+}
+
+/// Makes an object's tables, `count` words, where the caller wants them.
+void make_at(const NifAssetObject& asset, uint32_t object, uint64_t count, uint32_t* to) {
+  const auto words = tables_of(asset, object);
+  if (words.size() != count)
+    throw std::logic_error("an object has other tables for shaders than were counted");
   std::copy(words.begin(), words.end(), to);
-  return words.size();
 }
 
 /// The asset that has an object of the scene.
@@ -80,7 +111,11 @@ void put_floats(uint32_t* to, const float* from, size_t count) {
 }  // namespace
 
 uint64_t write_shader_tables(const NifAssetObject& asset, uint32_t object, uint32_t* to, uint64_t capacity) {
-  return hand_over(tables_of(asset, object), to, capacity);
+  const uint64_t count = count_of(asset, object);
+  if (to == nullptr) return count;
+  if (capacity < count) refuse_room(capacity, count);
+  make_at(asset, object, count, to);
+  return count;
 }
 
 uint64_t write_scene_shader_tables(const NifSceneObject& scene, uint32_t* to, uint64_t capacity) {
@@ -99,9 +134,24 @@ uint64_t write_scene_shader_tables(const NifSceneObject& scene, uint32_t* to, ui
     awake.push_back(i);
     boxes.push_back(place == kNoBox ? empty_box() : scene.hierarchy.box(place));
   }
-  const size_t top_level = kSceneWords + kInstanceWords * awake.size();
-  const TopLevel tree = make_top_level(boxes, uint32_t(top_level), memory);
+  const uint64_t top_level = kSceneWords + kInstanceWords * awake.size();
+  const uint64_t moving = top_level + count_top_level_words(awake.size());
+  // Objects lie in the order of the instances' numbers, which stays when they move.
+  std::pmr::vector<uint32_t> first_word(scene.objects.size(), 0u, memory), placed(memory);
+  uint64_t count = moving;
+  for (const uint32_t number : awake) {
+    const uint32_t object = asset_object(scene, number);
+    if (first_word[object] != 0) continue;
+    placed.push_back(object);
+    first_word[object] = uint32_t(count);
+    count += count_of(asset_of(scene, object), scene.objects[object].number);
+    if (count >= kIdentityBit)
+      throw Failure(NIF_ERROR_NOT_AVAILABLE, "the scene's tables for shaders would have 2^29 words or more");
+  }
+  if (to == nullptr) return count;
+  if (capacity < count && capacity != moving) refuse_room(capacity, count);
 
+  const TopLevel tree = make_top_level(boxes, uint32_t(top_level), memory);
   std::pmr::vector<uint32_t> words(top_level, 0u, memory);
   words.insert(words.end(), tree.words.begin(), tree.words.end());
   words[kSceneMagicWord] = kSceneMagic;
@@ -109,20 +159,10 @@ uint64_t write_scene_shader_tables(const NifSceneObject& scene, uint32_t* to, ui
   words[kSceneFlags] = scene.unproven ? 0u : uint32_t(kProves);
   words[kInstanceCount] = uint32_t(awake.size());
   words[kTopLevel] = uint32_t(top_level);
-  words[kObjects] = uint32_t(words.size());
+  words[kObjects] = uint32_t(moving);
+  words[kSceneWordCount] = uint32_t(count);
   put_floats(&words[kSceneBounds], scene.bounds.min, 3);
   put_floats(&words[kSceneBounds + 3], scene.bounds.max, 3);
-  // Objects in the order of the instances' numbers, which stays when they move.
-  std::pmr::vector<uint32_t> first_word(scene.objects.size(), 0u, memory);
-  for (const uint32_t number : awake) {
-    const uint32_t placed = asset_object(scene, number);
-    if (first_word[placed] != 0) continue;
-    first_word[placed] = uint32_t(words.size());
-    const auto tables = tables_of(asset_of(scene, placed), scene.objects[placed].number);
-    words.insert(words.end(), tables.begin(), tables.end());
-    if (words.size() >= kIdentityBit)
-      throw Failure(NIF_ERROR_NOT_AVAILABLE, "the scene's tables for shaders would have 2^29 words or more");
-  }
   for (size_t k = 0; k < awake.size(); ++k) {
     const uint32_t number = awake[tree.order[k]];
     const Instance& instance = scene.instances[number];
@@ -140,8 +180,14 @@ uint64_t write_scene_shader_tables(const NifSceneObject& scene, uint32_t* to, ui
     to_instance[kMask] = instance.mask;
     to_instance[kNumber] = number;
   }
-  words[kSceneWordCount] = uint32_t(words.size());
-  return hand_over(words, to, capacity);
+  std::copy(words.begin(), words.end(), to);
+  if (capacity < count) return count;
+  for (size_t k = 0; k < placed.size(); ++k) {
+    const uint64_t end = k + 1 < placed.size() ? first_word[placed[k + 1]] : count;
+    make_at(asset_of(scene, placed[k]), scene.objects[placed[k]].number, end - first_word[placed[k]],
+            to + first_word[placed[k]]);
+  }
+  return count;
 }
 
 }  // namespace nif::runtime

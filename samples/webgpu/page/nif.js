@@ -45,12 +45,11 @@ export class NifObject {
     if (words[0] !== kMagic) throw new Error(`${name} does not have the words of an object`);
     if (words[1] !== kVersion) throw new Error(`${name} has words of version ${words[1]}; nif.wgsl reads version ${kVersion}`);
     if (words[2] !== words.length) throw new Error(`${name} has ${words.length} words of ${words[2]}`);
-    const room = Number(/NIF_NETWORK_WORDS : u32 = (\d+)u/.exec(text)?.[1]);
-    if (!kBinding.test(text) || !kRead.test(text) || !room) throw new Error('nif.wgsl is not as this page knows it');
+    const room = Number(/NIF_NETWORK_WORDS : u32 = (\d+)u/.exec(text)?.[1] ?? 0); // a text without networks has none
+    if (!kBinding.test(text) || !kRead.test(text)) throw new Error('nif.wgsl is not as this page knows it');
     if (words[21] > room) throw new Error(`${name} needs NIF_NETWORK_WORDS ${words[21]}; nif.wgsl has ${room}`);
     this.words = words;
-    // What reads triangles costs registers, and time to build.
-    this.text = words[3] & 4 ? text : text.replace('NIF_TRIANGLES : bool = true;', 'NIF_TRIANGLES : bool = false;');
+    this.text = text;
     this.bounds = [Array.from(numbers.subarray(40, 43)), Array.from(numbers.subarray(43, 46))];
     /** Shadow rays start so far above the surface. */
     this.bias = numbers[46];

@@ -2,7 +2,8 @@
 # Runs nif.wgsl by two compilers, Dawn's in node and naga in deno, on the objects and rays of tests/shader, and compares with
 # nifQuery and nifIntersect. Of planes and networks no answer may be called certain, because WGSL proves nothing, and what is
 # visible may differ in one of a million rays. Objects with triangles are asked with proofs, as GLSL has them: no answer that
-# differs may be called certain, and most must be.
+# differs may be called certain, and most must be. Each is answered by the text with the sections that it needs, and the text with
+# every other combination of sections must compile.
 #
 #   tests/shader/wgsl/run.sh [RAYS]    RAYS: of each named set through a baked torus (100,000)
 #
@@ -71,7 +72,7 @@ fail() {
 for host in "${hosts[@]}"; do
   # A process for each case: node does not always survive more.
   for file in "$scratch"/cases/*.case; do
-    "by_$host" "$text" "$file" 2>"$scratch/said" || fail "$host: $(grep -v XDG_RUNTIME_DIR "$scratch/said")"
+    "by_$host" "${file%.case}.wgsl" "$file" 2>"$scratch/said" || fail "$host: $(grep -v XDG_RUNTIME_DIR "$scratch/said")"
   done >"$scratch/$host"
   awk -v host="$host" '
     $1 == "planes" { rays += $3; visible += $4; certain += $5; logit += $7; cases++; bad = $4 + $5 }
@@ -86,9 +87,13 @@ for host in "${hosts[@]}"; do
     }' "$scratch/$host" || fail "$host: see above"
   (($(wc -l <"$scratch/$host") == $(find "$scratch/cases" -name '*.case' | wc -l))) || fail "$host: not all cases were answered"
 
+  for file in "$text" "$scratch"/cases/sections-*.wgsl; do
+    "by_$host" "$file" 2>"$scratch/said" || fail "$host: $(grep -v XDG_RUNTIME_DIR "$scratch/said")"
+  done
+
   # This would see a text that is wrong, or claims proofs that it does not have.
   file=$scratch/cases/segment-segments.case
-  sed 's/answer.visible = !nif_blocked;/answer.visible = true;/' "$text" >"$scratch/wrong.wgsl"
+  sed 's/nif_known(!nif_blocked,/nif_known(true,/' "$text" >"$scratch/wrong.wgsl"
   ! cmp -s "$text" "$scratch/wrong.wgsl" || fail 'the text is not as this test thinks'
   visible=0 certain=0
   read -r _ _ _ visible _ < <("by_$host" "$scratch/wrong.wgsl" "$file" 2>/dev/null) || true

@@ -6,7 +6,7 @@
 // A case is one file of 32-bit words: 0x4353494e, 1 if it is a scene, its words, rays, 1 if it has triangles, 1 if it asks for
 // first hits, 0, 0; then its words, the rays, 8 floats each as in NifRay, and the answers, 3 words each: bit 0 visible, bit 1
 // certain, the logit, 0; of first hits bit 0 hit, the triangle, t. All numbers of rays are finite, because WGSL has neither
-// infinities nor NaN.
+// infinities nor NaN. Beside each case lies its text, nif.wgsl with the sections that it needs; and sections-N.wgsl are all others.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -25,6 +25,7 @@
 #include "tests/support/random_asset.hpp"
 #include "tests/support/test_first_hits.hpp"
 #include "tests/support/test_shapes.hpp"
+#include "tools/export_shader/shader_sections.hpp"
 
 namespace nif::test {
 namespace {
@@ -32,6 +33,17 @@ namespace {
 class Writer {
  public:
   explicit Writer(std::filesystem::path folder) : folder_(std::move(folder)) {}
+
+  /// All combinations of sections that have something to ask.
+  void write_texts() const {
+    for (int bits = 0; bits < 32; ++bits) {
+      const tools::ShaderSections sections{(bits & 1) != 0, (bits & 2) != 0, (bits & 4) != 0, (bits & 8) != 0,
+                                           (bits & 16) != 0};
+      if ((sections.planes || sections.triangles) && sections.planes >= sections.network &&
+          sections.triangles >= sections.first_hits)
+        write_text("sections-" + std::to_string(bits), sections);
+    }
+  }
 
   void write(const std::string& name, const nifkit::Scene& scene, bool is_scene,
              const std::vector<uint32_t>& words, bool has_triangles, std::vector<NifRay> rays) const {
@@ -95,9 +107,23 @@ class Writer {
     for (const NifRay& ray : rays)
       for (size_t i = 0; i < 8; ++i) file.push_back(std::bit_cast<uint32_t>((&ray.origin[0])[i]));
     file.insert(file.end(), answers.begin(), answers.end());
-    const std::filesystem::path path = folder_ / (name + ".case");
+    write_file(name + ".case", file.data(), 4 * file.size());
+
+    tools::ShaderSections sections;
+    sections.scenes = file[1] != 0;
+    if (!sections.scenes) sections.add_object(words[3]);
+    for (uint32_t i = 0; sections.scenes && i < words[4]; ++i)
+      sections.add_object(words[(words[16 + 24 * i + 21] & 0x1fffffffu) + 3]);
+    write_text(name, sections);
+  }
+  void write_text(const std::string& name, const tools::ShaderSections& sections) const {
+    const std::string text = cut_shader(nifkit::shader_source(NIF_SHADER_WGSL), sections);
+    write_file(name + ".wgsl", text.data(), text.size());
+  }
+  void write_file(const std::string& name, const void* bytes, size_t size) const {
+    const std::filesystem::path path = folder_ / name;
     std::ofstream out(path, std::ios::binary);
-    out.write(reinterpret_cast<const char*>(file.data()), std::streamsize(4 * file.size()));
+    out.write(static_cast<const char*>(bytes), std::streamsize(size));
     out.close();
     if (!out) throw std::runtime_error(path.string() + ": cannot be written");
   }
@@ -117,6 +143,7 @@ std::vector<NifRay> to_rays(const std::vector<kernels::Segment>& segments) {
 }
 
 void write_cases(const Writer& writer, size_t count) {
+  writer.write_texts();
   const nifkit::Device device("shaders=on");
   for (const char* encoding : {"segment", "proof", "bvh", "exact"}) {
     const Baked baked(torus(60, 30), encoding);

@@ -14,10 +14,12 @@
 
 #include "formats/base/output_file.hpp"
 #include "formats/base/status.hpp"
+#include "kernels/shader/shader_tables.hpp"
 #include "tools/common/json_output.hpp"
 #include "tools/common/options.hpp"
 #include "tools/common/runtime_handles.hpp"
 #include "tools/common/shared_options.hpp"
+#include "tools/export_shader/shader_sections.hpp"
 #include "tools/subcommands.hpp"
 
 namespace nif::tools {
@@ -30,7 +32,7 @@ constexpr const char* kSchema = "nifkit.export_shader/1";
 struct Arguments {
   std::string asset, folder;
   std::optional<uint32_t> object;
-  bool json = false, quiet = false;
+  bool whole = false, json = false, quiet = false;
 };
 
 struct Written {
@@ -64,7 +66,12 @@ class Exporter {
             return nifGetShaderTables(asset_.handle, i, words, capacity, count);
           });
     if (files_.empty()) check_usage(NIF_ERROR_NOT_AVAILABLE);  // with why of the last object
-    if (!arguments_.object && refused_.empty()) add_scene(stem);
+    for (const File& file : files_) sections_.add_object(file.words[kernels::shader::kFlags]);
+    if (!arguments_.object && refused_.empty() && !is_one_object_at_rest(about)) {
+      add_scene(stem);
+      sections_.scenes = true;
+    }
+    if (arguments_.whole) sections_ = ShaderSections::all();
 
     std::error_code failed;
     fs::create_directories(arguments_.folder, failed);
@@ -73,7 +80,8 @@ class Exporter {
                   fmt::format("{}: cannot be created: {}", arguments_.folder, failed.message()));
     for (const auto& [name, language] :
          {std::pair("nif.glsl", NIF_SHADER_GLSL), {"nif.wgsl", NIF_SHADER_WGSL}}) {
-      const std::string_view text = nifGetShaderSource(language);
+      const std::string whole = nifGetShaderSource(language);
+      const std::string text = arguments_.whole ? whole : cut_shader(whole, sections_);
       write(name, "functions", std::as_bytes(std::span(text)));
     }
     for (const File& file : files_) write(file.name, file.what, std::as_bytes(std::span(file.words)));
@@ -100,6 +108,16 @@ class Exporter {
     files_.push_back({name, what, std::move(words)});
   }
 
+  /// Whether the asset is an object as it is: as a scene it would give the same answers.
+  bool is_one_object_at_rest(const NifAssetInfo& about) const {
+    if (about.object_count != 1 || about.instance_count != 1) return false;
+    auto instance = nifkit::sized<NifAssetInstanceInfo>();
+    check(nifGetAssetInstanceInfo(asset_.handle, 0, &instance));
+    constexpr float kIdentity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+    return std::ranges::equal(instance.transform, kIdentity) && instance.mask == 0xffffffffu &&
+           instance.flags == 0;
+  }
+
   /// All that the asset places.
   void add_scene(const std::string& stem) {
     Scene scene;
@@ -120,12 +138,14 @@ class Exporter {
 
   void print() const {
     for (const Written& file : written_) fmt::print("{}: {}, {} bytes\n", file.file, file.what, file.bytes);
+    fmt::print("sections of the functions: {}\n", sections_.listed());
     for (const std::string& sentence : refused_) fmt::print("left out: {}\n", sentence);
   }
   void print_json() const {
     nlohmann::ordered_json json = {{"schema", kSchema}, {"files", nlohmann::ordered_json::array()}};
     for (const Written& file : written_)
       json["files"].push_back({{"path", file.file}, {"what", file.what}, {"bytes", file.bytes}});
+    json["sections"] = sections_.names();
     json["left_out"] = refused_;
     write_json(json);
   }
@@ -134,6 +154,7 @@ class Exporter {
   Device device_;
   Asset asset_;
   std::vector<File> files_;
+  ShaderSections sections_;
   std::vector<std::string> refused_;
   std::vector<Written> written_;
 };
@@ -148,6 +169,7 @@ void add_export_shader(Command app) {
   command.add_option("-o,--output", a->folder, "Folder for the texts and the words; it is created if missing")
       .required();
   command.add_option("--object", a->object, "Only this object of the asset. The first is 0");
+  command.add_flag("--whole", a->whole, "Write whole texts, which answer any object and scene");
   add_json_option(command, a->json, kSchema);
   add_quiet_option(command, a->quiet);
   command.footer(
@@ -155,10 +177,13 @@ void add_export_shader(Command app) {
       "NAME.object-N.words,\n"
       "32-bit words to be bound as a read-only buffer. If they can answer all objects, NAME.scene.words has "
       "all that the\n"
-      "asset places. docs/shaders.md explains both.\n\n"
+      "asset places; not if that is one object as it is. The texts have only what these words need, of "
+      "planes, network,\n"
+      "triangles, scenes and first hits. docs/shaders.md explains all.\n\n"
       "Examples:\n"
       "  nif export-shader dragon.nif -o shaders\n"
-      "  nif export-shader town.nif -o shaders --object 3 --json");
+      "  nif export-shader town.nif -o shaders --object 3 --json\n"
+      "  nif export-shader crate.nif -o shaders --whole      # for objects of all kinds in one shader");
   command.callback([a] { Exporter(*a).run(); });
 }
 
