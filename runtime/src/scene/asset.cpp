@@ -158,7 +158,8 @@ class Parts {
     add("corner_bricks", 0, built.corner_bricks);
     add("decoded_triangles", 0, built.decoded_triangles);
     add("views", 0,
-        sizeof(NifAssetObject) + asset.name.capacity() + view.view_bytes() + kernels + asset.bending_bytes());
+        sizeof(NifAssetObject) + asset.name.capacity() + view.view_bytes() + kernels + asset.bending_bytes() +
+            asset.shader_words.capacity() * sizeof(asset.shader_words[0]));
   }
 
   std::span<const NifPartInfo> all() const { return {parts_.data(), count_}; }
