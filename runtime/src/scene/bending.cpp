@@ -385,7 +385,7 @@ size_t BentObject::bytes() const {
          joints_.capacity() * sizeof(kernels::JointMatrix) + weights_.capacity() * sizeof(float) +
          nodes_.capacity() * sizeof(kernels::BvhNode) + vertices_.capacity() * sizeof(float) +
          boxes_.capacity() * sizeof(kernels::VertexBox) + kernel_->built_bytes().decoded_triangles +
-         kernel_.get_deleter().bytes + fetched_bytes_;
+         kernel_.get_deleter().bytes + size_t(fetched_bytes_);
 }
 
 }  // namespace nif::runtime

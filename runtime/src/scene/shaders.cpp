@@ -152,7 +152,7 @@ uint64_t write_scene_shader_tables(const NifSceneObject& scene, uint32_t* to, ui
   if (capacity < count && capacity != moving) refuse_room(capacity, count);
 
   const TopLevel tree = make_top_level(boxes, uint32_t(top_level), memory);
-  std::pmr::vector<uint32_t> words(top_level, 0u, memory);
+  std::pmr::vector<uint32_t> words(size_t(top_level), 0u, memory);
   words.insert(words.end(), tree.words.begin(), tree.words.end());
   if (words.size() != moving) throw std::logic_error("a top level for shaders has other words than were counted");
   words[kSceneMagicWord] = kSceneMagic;
