@@ -256,7 +256,7 @@ TEST(Tree, IsNeverTooDeep) {
   collapsed(chain, soup);
 }
 
-// A complete tree whose parts only fit if the highest are opened first.
+// Boxes that are all alike do not say where to split.
 TEST(Tree, OfEqualBoxesIsPacked) {
   Soup soup;
   for (uint32_t i = 0; i < 3000; ++i) soup.add({0, 0, 0}, {1, 0, 0}, {0, 1, 1});
