@@ -154,7 +154,8 @@ uint64_t write_scene_shader_tables(const NifSceneObject& scene, uint32_t* to, ui
   const TopLevel tree = make_top_level(boxes, uint32_t(top_level), memory);
   std::pmr::vector<uint32_t> words(size_t(top_level), 0u, memory);
   words.insert(words.end(), tree.words.begin(), tree.words.end());
-  if (words.size() != moving) throw std::logic_error("a top level for shaders has other words than were counted");
+  if (words.size() != moving)
+    throw std::logic_error("a top level for shaders has other words than were counted");
   words[kSceneMagicWord] = kSceneMagic;
   words[kSceneVersionWord] = kVersion;
   words[kSceneFlags] = scene.unproven ? 0u : uint32_t(kProves);
