@@ -236,8 +236,8 @@ TEST(Tree, IsNeverTooDeep) {
   const Soup soup = nested_soup(count);
   BinaryTree chain;
   chain.nodes.resize(2 * count - 1);
-  for (uint32_t i = 0; i + 1 < count;
-       ++i) {  // nodes 0, 2, 4 ... are inner ones, the last a leaf; the others leaves
+  // Nodes 0, 2, 4 ... are inner ones, except the last; all others are leaves.
+  for (uint32_t i = 0; i + 1 < count; ++i) {
     chain.nodes[2 * i].children[0] = 2 * i + 1;
     chain.nodes[2 * i].children[1] = 2 * i + 2;
     chain.nodes[2 * i + 1].parent = chain.nodes[2 * i + 2].parent = 2 * i;
