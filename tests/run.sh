@@ -8,9 +8,9 @@
 #                              are installed
 #   tests/run.sh --nightly [HOURS]   all tests, as users compile the program, with code for every GPU; each source and header by
 #                              itself, and the runtime alone; NEON's kernels, emulated; the runtime's threads under the sanitizer,
-#                              for an hour, and kernels of each instruction set; those, slow tests, the baker, the tools, the
-#                              renderer and CGAL under the other sanitizers; hundreds of kills; 10^7 segments of each mesh; the
-#                              same bytes by clang++ and by code that is not optimised; a release candidate made twice; bindings
+#                              for an hour, and kernels of each instruction set; those, slow tests, the readers of meshes, the
+#                              baker, the tools, the renderer and CGAL under the other sanitizers; hundreds of kills; 10^7
+#                              segments of each mesh; the same bytes by clang++ and by code that is not optimised; a release candidate made twice; bindings
 #                              in a browser, in Blender, under Wine; what tests and fuzzers reach; then fuzzes and bakes random
 #                              meshes for so many hours (8), going on from the last time; see tests/nightly.sh
 #
