@@ -117,7 +117,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST(CertainOnRealMeshes, IsNeverWrong) {
   if (!real_mesh_folder()) GTEST_SKIP() << "NIF_TEST_MESHES is not set";
-  const uint64_t segments = segments_wanted(200'000);
+  const uint64_t segments = segments_wanted(100'000);
   for (const std::filesystem::path& file : real_meshes(4'000'000)) {
     SCOPED_TRACE(file.filename().string());
     const mesh::Scene scene = mesh::read(file);

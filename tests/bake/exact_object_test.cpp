@@ -184,7 +184,7 @@ TEST(ExactOnFlaws, AreNoticed) {
 /// With NIF_TEST_SEGMENTS=6000000, 10^8 in all, in about five minutes.
 TEST(ExactOnRealMeshes, AnswersAsItsBvh) {
   if (!real_mesh_folder()) GTEST_SKIP() << "NIF_TEST_MESHES is not set";
-  const uint64_t segments = segments_wanted(300'000);
+  const uint64_t segments = segments_wanted(100'000);
   uint64_t asked = 0;
   for (const std::filesystem::path& file : real_meshes(4'000'000)) {
     SCOPED_TRACE(file.filename().string());

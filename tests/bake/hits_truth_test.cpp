@@ -111,7 +111,7 @@ TEST(HitsAgainstCgal, OfShapes) {
 
 TEST(HitsOfRealMeshes, AreEmbreesOrRight) {
   if (!real_mesh_folder()) GTEST_SKIP() << "NIF_TEST_MESHES is not set";
-  const uint64_t rays = segments_wanted(100'000);
+  const uint64_t rays = segments_wanted(50'000);
   for (const std::filesystem::path& file : real_meshes(4'000'000)) {
     SCOPED_TRACE(file.filename().string());
     const mesh::Scene scene = mesh::read(file);

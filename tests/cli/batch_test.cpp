@@ -272,7 +272,7 @@ TEST_F(Batch, ACancelledOrKilledBatchGoesOnWhereItWas) {
 }
 
 TEST_F(Batch, TwoAtOnceShareTheWork) {
-  constexpr int kAssets = 12;
+  constexpr int kAssets = 5;
   for (int i = 0; i < kAssets; ++i) write(joined("m", i, ".obj"), obj_text(uv_sphere(8 + i, 16)));
   const std::string file = manifest("[[asset]]\nmesh = \"*.obj\"\n", "encoding = \"exact\"\nrays = 1000\n");
   std::vector<std::string> reports{path("first.html"), path("second.html")};

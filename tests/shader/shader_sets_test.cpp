@@ -68,7 +68,7 @@ TEST_F(ShaderSets, OfTrianglesAreProvenRight) {
       const bake::GroundTruth truth(prepared);
       size_t wrong = 0, open = 0, in_all = 0;
       for (const bake::RaySet set : bake::kRaySets) {
-        const auto rays = bake::draw_ray_set(truth.source(), set, segments_wanted(20'000), 9);
+        const auto rays = bake::draw_ray_set(truth.source(), set, segments_wanted(4'000), 9);
         for (const char* shader : {"default", "rough"}) {
           const auto answers = ask_shader(*vulkan_, shader_code(shader), words, 0, rays.segments);
           for (size_t i = 0; i < answers.size(); ++i) {
