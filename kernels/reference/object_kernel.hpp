@@ -38,6 +38,12 @@ struct OpenBatch {
   float end[kBatchRoom];
 };
 
+/// Leaves the whole of each segment open.
+inline void open_whole(const SegmentBatch& batch, OpenBatch& open) {
+  std::copy_n(batch.tmin, batch.count, open.begin);
+  std::copy_n(batch.tmax, batch.count, open.end);
+}
+
 /// Entry i is the first hit of segment i. The members are those of kernels::Hit.
 struct HitBatch {
   alignas(64) float t[kBatchRoom];
@@ -61,6 +67,13 @@ struct MovedTriangles;
 struct SkinOrder;
 struct JointMatrix;
 
+class ObjectKernel;
+/// Rays of a batch that ask one object: those before number `end` that no earlier part has. At least one.
+struct BatchPart {
+  const ObjectKernel* kernel;
+  uint32_t end;
+};
+
 class ObjectKernel {
  public:
   virtual ~ObjectKernel() = default;
@@ -71,13 +84,18 @@ class ObjectKernel {
   /// of the segment that must still be tested. By default that is the whole segment.
   virtual void prove(const SegmentBatch& batch, AnswerBatch& answers, OpenBatch& open, void* scratch) const {
     answer(batch, answers, scratch);
-    std::copy_n(batch.tmin, batch.count, open.begin);
-    std::copy_n(batch.tmax, batch.count, open.end);
+    open_whole(batch, open);
   }
   /// Finds the first hit of batch.count segments with exactly the bits of kernels/reference. `limit`
   /// [batch.count] is described at intersect().
   virtual void intersect(const SegmentBatch& batch, const float* limit, HitBatch& hits,
                          void* scratch) const = 0;
+  /// Kernels of the same kind answer the rays of several objects in one call: many objects with few rays each then keep as
+  /// many rays in flight as one object with many. 0: each must be called for itself.
+  virtual uint32_t kind() const { return 0; }
+  /// answer() and intersect() for a batch whose parts ask kernels of this one's kind. The last part ends with the batch.
+  virtual void answer_parts(const BatchPart*, const SegmentBatch&, AnswerBatch&, void*) const {}
+  virtual void intersect_parts(const BatchPart*, const SegmentBatch&, const float*, HitBatch&, void*) const {}
   /// Asks about other corners from now on: the triangles of a `bvh` object have moved. Not while another thread uses the
   /// kernel. Allocates nothing. Only for kernels that were made of a field of triangles, to be moved.
   virtual void move(const MovedTriangles&) {}

@@ -19,6 +19,8 @@ struct alignas(64) TopNode {
   uint32_t child[kTopWidth];                   ///< a node, or kTopLeaf | instance
   uint32_t lanes;                              ///< a bit for each existing child
   uint32_t parent;                             ///< index of this node in its parent; kNoBox for the root
+  /// By the signs of a ray's direction, bit `axis` if negative: the children from near to far, two bits each from bit 0 on.
+  uint8_t near_first[8];
 };
 static_assert(sizeof(TopNode) == 128);
 

@@ -6,36 +6,60 @@
 
 namespace nif::kernels {
 
-/// Where a ray's traversal of the hierarchy continues: the node, and the children still to be visited: its
-/// own (lowest 4 bits), its parent's (next 4), and so on.
+/// Where a ray's traversal of the hierarchy continues: the node, and the children still to be visited, as places in an order:
+/// its own (lowest 4 bits), its parent's (next 4), and so on.
 struct Cursor {
   uint64_t trail;
   uint32_t node;
 };
 
+/// Children in the order of a node: large ones, which block the most rays, come first.
+struct LargeFirst {
+  static NIF_HOST_DEVICE uint32_t child_at(const TopNode&, uint32_t place) { return place; }
+  static NIF_HOST_DEVICE uint32_t places_of(const TopNode&, uint32_t children) { return children; }
+};
+/// In the order in which a ray comes to them, by their centres.
+struct NearFirst {
+  uint32_t signs;  ///< of the ray's direction, bit `axis` if negative
+
+  uint32_t child_at(const TopNode& node, uint32_t place) const {
+    return node.near_first[signs] >> 2 * place & 3;
+  }
+  /// Of children as bits.
+  uint32_t places_of(const TopNode& node, uint32_t children) const {
+    uint32_t places = 0;
+    for (uint32_t place = 0; place < kTopWidth; ++place)
+      places |= (children >> child_at(node, place) & 1) << place;
+    return places;
+  }
+};
+
+/// Takes the next child from a cursor: an instance with kTopLeaf, or a node, to which the cursor goes. Returns kNoBox after
+/// the last.
+template <class Order = LargeFirst>
+NIF_HOST_DEVICE inline uint32_t next_child(const TopNode* nodes, Cursor& cursor, const Order& order = {}) {
+  while ((cursor.trail & 15) == 0) {
+    if (cursor.trail == 0) return kNoBox;
+    cursor.trail >>= 4;
+    cursor.node = nodes[cursor.node].parent / kTopWidth;
+  }
+  const TopNode& node = nodes[cursor.node];
+  const uint32_t child = node.child[order.child_at(node, lowest_bit(cursor.trail))];
+  cursor.trail &= cursor.trail - 1;
+  if ((child & kTopLeaf) == 0) cursor.node = child;
+  return child;
+}
+
 /// The next instance whose box the ray may meet, or kNoBox after the last. may_meet(node) returns the
 /// children of a node that the ray may meet, as bits; a ray starts with those of the root.
 template <class MayMeet>
 NIF_HOST_DEVICE inline uint32_t next_instance(const TopNode* nodes, Cursor& cursor, const MayMeet& may_meet) {
-  uint64_t trail = cursor.trail;
-  uint32_t at = cursor.node;
-  while (trail != 0) {
-    if ((trail & 15) == 0) {
-      trail >>= 4;
-      at = nodes[at].parent / kTopWidth;
-      continue;
-    }
-    const uint32_t child = nodes[at].child[lowest_bit(trail)];
-    trail &= trail - 1;
-    if (child & kTopLeaf) {
-      cursor = {trail, at};
-      return child & ~kTopLeaf;
-    }
-    at = child;
-    trail = trail << 4 | may_meet(nodes[at]);
+  while (true) {
+    const uint32_t child = next_child(nodes, cursor);
+    if (child == kNoBox) return kNoBox;
+    if (child & kTopLeaf) return child & ~kTopLeaf;
+    cursor.trail = cursor.trail << 4 | may_meet(nodes[child]);
   }
-  cursor = {0, at};
-  return kNoBox;
 }
 
 /// The box of a node's child.

@@ -18,13 +18,13 @@ using nlohmann::json;
 
 TEST(RealMeshes, BakeOrSayWhyNot) {
   if (!real_mesh_folder()) GTEST_SKIP() << "NIF_TEST_MESHES is not set";
-  const std::vector<std::filesystem::path> meshes = real_meshes(1'000'000);
+  const std::vector<std::filesystem::path> meshes = real_meshes(2'500'000);
   ASSERT_FALSE(meshes.empty()) << *real_mesh_folder();
 
   TempDir out;
   for (size_t i = 0; i < 2 * meshes.size(); ++i) {
     const std::filesystem::path& mesh = meshes[i / 2];
-    const bool learned = std::filesystem::file_size(mesh) < 500'000 || std::getenv("NIF_TEST_LARGEST");
+    const bool learned = std::filesystem::file_size(mesh) < 1'000'000 || std::getenv("NIF_TEST_LARGEST");
     const std::vector<std::string> grid{
         "--encoding", learned ? "segment" : "proof", "--preset", "fast", "--resolution", "32"},
         way = i % 2 ? std::vector<std::string>{"--encoding", "bvh"} : grid;

@@ -125,7 +125,9 @@ void RandomScene::draw_file(Random& random) {
 }
 
 void RandomScene::place(Random& random) {
-  const auto count = uint32_t(between_powers(random, 2, 1001));
+  // Few rays of a batch meet the same one of very many instances, so kernels get rays of several objects.
+  const auto count =
+      random.below(16) == 0 ? 3000 + random.below(3000) : uint32_t(between_powers(random, 2, 1001));
   const std::string layouts[] = {"anywhere", "anywhere", "alike", "nested",
                                  "lattice",  "plane",    "apart", "own"};
   layout_ = layouts[random.below(std::size(layouts))];

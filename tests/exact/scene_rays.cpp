@@ -1,6 +1,6 @@
 // scene_rays [--rays N] [--seed N] [--threads N] [--scenes FIRST COUNT] [--log FILE]
 //
-// Compares answers in random scenes of 2 to 1,000 instances: by every instruction set of the processor, in calls
+// Compares answers in random scenes of 2 to 6,000 instances: by every instruction set of the processor, in calls
 // of any size and with any number of threads, with those of a plain loop over the instances by the reference. All
 // calls, to the bit, until this many rays are compared (1,000,000). Scenes have numbers, and are the same in every
 // run with the same seed; --scenes: no others than these. --threads: scenes at a time (1). Prints each scene with

@@ -12,7 +12,7 @@ TEST(SceneRays, HaveTheSameBitsByEveryKernel) {
   uint64_t most = 0, least = UINT64_MAX;
   for (uint64_t number = 0; all.rays < 12'000; ++number) {
     const RandomScene scene(2, number);
-    if (scene.rays().size() > 1000) continue;  // rather more scenes
+    if (scene.rays().size() > 1000 || scene.instances() > 1000) continue;  // rather more scenes
     most = std::max<uint64_t>(most, scene.instances());
     least = std::min<uint64_t>(least, scene.instances());
     const SceneTally tally = compare(scene, ways, number);
@@ -26,6 +26,20 @@ TEST(SceneRays, HaveTheSameBitsByEveryKernel) {
   EXPECT_GT(all.certain, all.rays / 4);
   EXPECT_GT(all.hit, all.rays / 4);
   EXPECT_GT(all.open, all.rays / 50);
+}
+
+TEST(SceneRays, OfVeryManyInstancesHaveTheSameBits) {
+  const std::vector<std::vector<Way>> ways = make_scene_ways();
+  SceneTally all;
+  for (uint64_t number = 0; all.rays < 3'000; ++number) {
+    const RandomScene scene(4, number);
+    if (scene.rays().size() != 1000 || scene.instances() < 3000) continue;
+    const SceneTally tally = compare(scene, ways, number);
+    for (const std::string& finding : tally.findings) ADD_FAILURE() << finding;
+    all += tally;
+  }
+  EXPECT_EQ(all.differing, 0u);
+  EXPECT_GT(all.hit, all.rays / 4);
 }
 
 TEST(SceneRays, OneBitIsEnoughToDiffer) {

@@ -25,6 +25,7 @@ HWY_BEFORE_NAMESPACE();
 namespace nif::kernels::cpu::HWY_NAMESPACE {
 
 struct BvhAnswerScratch {
+  TreePart parts[kBatchRays];
   BoxEnds ends;
   BvhScratch<> bvh;
 };
@@ -32,10 +33,12 @@ static_assert(sizeof(BvhAnswerScratch) <= kKernelScratchBytes);
 
 void answer_bvh(const BvhTree& tree, const SegmentBatch& batch, AnswerBatch& answers, void* memory) {
   auto& s = *static_cast<BvhAnswerScratch*>(memory);
-  traverse_whole(tree, batch, answers, s.ends, s.bvh);
+  const TreePart whole{&tree, batch.count};
+  traverse_whole(&whole, batch, answers, s.ends, s.bvh);
 }
 
 struct BvhIntersectScratch {
+  TreePart parts[kBatchRays];
   BoxEnds ends;
   BvhHitScratch<> hits;
 };
@@ -44,12 +47,38 @@ static_assert(sizeof(BvhIntersectScratch) <= kKernelScratchBytes);
 void intersect_bvh(const BvhTree& tree, const SegmentBatch& batch, const float* limit, HitBatch& hits,
                    void* memory) {
   auto& s = *static_cast<BvhIntersectScratch*>(memory);
-  traverse_whole_to_hits(tree, batch, limit, hits, s.ends, s.hits);
+  const TreePart whole{&tree, batch.count};
+  traverse_whole_to_hits(&whole, batch, limit, hits, s.ends, s.hits);
 }
+
+#ifdef NIF_DECODES  // on a web page the code is too much to download
+/// The trees of the kernels that a batch's parts ask.
+void find_trees(const BatchPart* from, uint32_t count, TreePart* to) {
+  for (uint32_t end = 0; end != count; ++from) {
+    end = from->end;
+    *to++ = {&static_cast<const SimdKernel<BvhTree>&>(*from->kernel).packed(), end};
+  }
+}
+void answer_bvhs(const BatchPart* parts, const SegmentBatch& batch, AnswerBatch& answers, void* memory) {
+  auto& s = *static_cast<BvhAnswerScratch*>(memory);
+  find_trees(parts, batch.count, s.parts);
+  traverse_whole(s.parts, batch, answers, s.ends, s.bvh);
+}
+void intersect_bvhs(const BatchPart* parts, const SegmentBatch& batch, const float* limit, HitBatch& hits,
+                    void* memory) {
+  auto& s = *static_cast<BvhIntersectScratch*>(memory);
+  find_trees(parts, batch.count, s.parts);
+  traverse_whole_to_hits(s.parts, batch, limit, hits, s.ends, s.hits);
+}
+#endif
 
 constexpr SimdFunctions<BvhTree> kBvhFunctions = {
     .answer = answer_bvh,
     .intersect = intersect_bvh,
+#ifdef NIF_DECODES
+    .answer_parts = answer_bvhs,
+    .intersect_parts = intersect_bvhs,
+#endif
 #ifndef NIF_WITHOUT_BENDING  // for WebAssembly, where every byte is downloaded
     .move = move_bvh,
     .skin = skin_in_lanes,

@@ -34,7 +34,8 @@ static_assert(sizeof(CutoutAnswerScratch) <= kKernelScratchBytes);
 
 void answer_cutout(const CutoutTree& tree, const SegmentBatch& batch, AnswerBatch& answers, void* memory) {
   auto& s = *static_cast<CutoutAnswerScratch*>(memory);
-  traverse_whole(tree.bvh, batch, answers, s.ends, s.bvh, holes_of(tree));
+  const TreePart whole{&tree.bvh, batch.count};
+  traverse_whole(&whole, batch, answers, s.ends, s.bvh, holes_of(tree));
 }
 
 struct CutoutIntersectScratch {
@@ -46,7 +47,8 @@ static_assert(sizeof(CutoutIntersectScratch) <= kKernelScratchBytes);
 void intersect_cutout(const CutoutTree& tree, const SegmentBatch& batch, const float* limit, HitBatch& hits,
                       void* memory) {
   auto& s = *static_cast<CutoutIntersectScratch*>(memory);
-  traverse_whole_to_hits(tree.bvh, batch, limit, hits, s.ends, s.hits, holes_of(tree));
+  const TreePart whole{&tree.bvh, batch.count};
+  traverse_whole_to_hits(&whole, batch, limit, hits, s.ends, s.hits, holes_of(tree));
 }
 
 constexpr SimdFunctions<CutoutTree> kCutoutFunctions = {.answer = answer_cutout,

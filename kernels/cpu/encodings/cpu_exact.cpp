@@ -70,7 +70,8 @@ HWY_INLINE void answer_left(const PackedExactField& packed, const SegmentBatch& 
     const Segment segment = segment_of(batch, s.log.ray(k));
     leave_to_triangles(packed.field, segment, s.log.begin[k], s.log.end[k], s.left, s.ends, k);
   }
-  traverse(packed.tree, s.left, s.ends.enter, s.ends.leave, s.answers, s.bvh);
+  const TreePart left{&packed.tree, s.left.count};
+  traverse(&left, s.left, s.ends.enter, s.ends.leave, s.answers, s.bvh);
   for (uint32_t k = 0; k < s.log.count; ++k) {
     const uint32_t i = s.log.ray(k);
     answers.logit[i] = s.answers.logit[k];
@@ -103,11 +104,12 @@ void intersect_exact(const PackedExactField& packed, const SegmentBatch& batch, 
                      HitBatch& hits, void* memory) {
   auto& s = *static_cast<ExactHitScratch*>(memory);
   if (batch.count <= kFewRays) {
-    traverse_whole_to_hits(packed.tree, batch, limit, hits, s.ends, s.bvh);
+    const TreePart whole{&packed.tree, batch.count};
+    traverse_whole_to_hits(&whole, batch, limit, hits, s.ends, s.bvh);
     return;
   }
   fill_hits(hits, batch.count, no_hit(true));
-  const bool far = any_far(packed.tree.field, batch);
+  const bool far = any_far(packed.tree.field, batch, 0, batch.count);
   if (HWY_UNLIKELY(far)) {
     see(packed.field, batch, s.seen);
     for (uint32_t i = 0; i < batch.count; ++i)
@@ -125,7 +127,8 @@ void intersect_exact(const PackedExactField& packed, const SegmentBatch& batch, 
       const float start = start_of(packed.tree.field, segment);
       s.ends.leave[k] = min_of(from_start_up(next_above(limit[i]), start), s.ends.leave[k]);
     }
-    traverse_to_hits(packed.tree, s.left, s.ends.enter, s.ends.leave, s.hits, s.bvh);
+    const TreePart left{&packed.tree, s.left.count};
+    traverse_to_hits(&left, s.left, s.ends.enter, s.ends.leave, s.hits, s.bvh);
     for (uint32_t k = 0; k < s.log.count; ++k) set_hit(hits, s.log.ray(k), hit_of(s.hits, k));
   }
   for (uint32_t k = 0; k < s.hard.count; ++k)
@@ -143,10 +146,11 @@ void answer_exact(const PackedExactField& packed, const SegmentBatch& batch, Ans
                   void* memory) {
   auto& s = *static_cast<ExactScratch*>(memory);
   if (batch.count <= kFewRays) {
-    traverse_whole(packed.tree, batch, answers, s.ends, s.bvh);
+    const TreePart whole{&packed.tree, batch.count};
+    traverse_whole(&whole, batch, answers, s.ends, s.bvh);
     return;
   }
-  const bool far = any_far(packed.tree.field, batch);
+  const bool far = any_far(packed.tree.field, batch, 0, batch.count);
   if (HWY_UNLIKELY(far)) see(packed.field, batch, s.seen);
   GridTraversal traversal(packed.field.planes, packed.grid, far ? s.seen.batch : batch, answers, s.rays,
                           s.log, s.hard);

@@ -81,7 +81,8 @@ HWY_INLINE uint32_t append(const DecodedNode& node, uint32_t slots, Child* to) {
 template <class Goal>
 struct alignas(64) Flight {
   ReadyRay ray;
-  uint32_t number;  ///< in the batch
+  const BvhTree* tree;  ///< that it asks
+  uint32_t number;      ///< in the batch
   DecodedRay leaf_ray;
   [[no_unique_address]] typename Goal::State state;
   Child stack[kBvhStack + kBvhWidth];  ///< nodes still to be visited
@@ -131,31 +132,32 @@ class AnyTriangle {
   using State = ExactRayFor<Holes>;
   struct PacketState {};
 
-  AnyTriangle(const BvhTree& tree, const Holes& holes, const SegmentBatch& batch, AnswerBatch& answers)
-      : tree_(tree), holes_(holes), batch_(batch), answers_(answers) {}
+  AnyTriangle(const Holes& holes, const SegmentBatch& batch, AnswerBatch& answers)
+      : holes_(holes), batch_(batch), answers_(answers) {}
 
   /// Triangles of a leaf that block wherever they are met, as bits.
   HWY_INLINE uint32_t without_holes(Child leaf) const { return ~holes_.in_leaf(leaf / kBvhLeafTriangles); }
 
   AnswerBatch& answers() const { return answers_; }
   HWY_INLINE void begin(Flight<AnyTriangle>& flight) const {
-    flight.state.prepare(tree_.field, batch_, flight.number, flight.ray.exit[3]);
+    flight.state.prepare(flight.tree->field, batch_, flight.number, flight.ray.exit[3]);
   }
   /// Rays that meet a large triangle are finished.
-  HWY_NOINLINE FirstLook look_at_large(const SeenRays& rays, const BoxRays& boxes, LargeHits&) const {
+  HWY_NOINLINE FirstLook look_at_large(const BvhTree& tree, const SeenRays& rays, const BoxRays& boxes,
+                                       LargeHits&) const {
     const LargeOrder order(rays.axis);
     uint32_t blocked = 0;
-    for (uint32_t i = 0; i < tree_.decoded.large.size() && blocked != rays.asked; ++i) {
-      if (i % kBvhLeafTriangles == 0 && !any_meets_box(tree_.decoded, i, rays, boxes)) {
+    for (uint32_t i = 0; i < tree.decoded.large.size() && blocked != rays.asked; ++i) {
+      if (i % kBvhLeafTriangles == 0 && !any_meets_box(tree.decoded, i, rays, boxes)) {
         i += kBvhLeafTriangles - 1;
         continue;
       }
       LargeDepths depths;
-      const LargeTest test = test_large(tree_.decoded.large[i], rays, order, depths);
+      const LargeTest test = test_large(tree.decoded.large[i], rays, order, depths);
       blocked |= bits_of(test.met) & rays.asked;
       for (uint32_t open = bits_of(test.open) & rays.asked & ~blocked; open != 0; open &= open - 1) {
         const uint32_t lane = lowest_bit(open);
-        if (blocks_exactly(tree_.decoded.leaves[i / kBvhLeafTriangles], 1u << i % kBvhLeafTriangles,
+        if (blocks_exactly(tree, tree.decoded.leaves[i / kBvhLeafTriangles], 1u << i % kBvhLeafTriangles,
                            rays.first + lane))
           blocked |= 1u << lane;
       }
@@ -166,14 +168,14 @@ class AnyTriangle {
   }
   /// Looks at some triangles of a leaf. Returns true if the ray is finished.
   HWY_INLINE bool look_at(Child at, uint32_t lanes, Flight<AnyTriangle>& flight) const {
-    const DecodedLeaf& leaf = tree_.decoded.leaves[at / kBvhLeafTriangles];
+    const DecodedLeaf& leaf = flight.tree->decoded.leaves[at / kBvhLeafTriangles];
     if constexpr (Holes::kAny) {
       return blocking(holes_, leaf, at / kBvhLeafTriangles, flight.leaf_ray, flight.state.ray, lanes) != 0;
     } else {
       const LeafDepths depths = depths_of(leaf, flight.leaf_ray);
       if ((depths.met & lanes) != 0) return true;
       lanes &= depths.open;
-      return lanes != 0 && blocks_exactly(leaf, lanes, flight.number);
+      return lanes != 0 && blocks_exactly(*flight.tree, leaf, lanes, flight.number);
     }
   }
   HWY_INLINE void end(const Flight<AnyTriangle>& flight, bool blocked) const {
@@ -181,9 +183,9 @@ class AnyTriangle {
   }
 
   /// Looks at a leaf with the rays `lanes` of a packet. Returns those that are blocked.
-  HWY_INLINE uint32_t look_at(Packet& packet, Child at, uint32_t lanes) const {
+  HWY_INLINE uint32_t look_at(const BvhTree& tree, Packet& packet, Child at, uint32_t lanes) const {
     const Floats d;
-    const DecodedLeaf& leaf = tree_.decoded.leaves[at / kBvhLeafTriangles];
+    const DecodedLeaf& leaf = tree.decoded.leaves[at / kBvhLeafTriangles];
     const uint32_t count = at % kBvhLeafTriangles + 1;
     const auto slack = hn::Mul(packet.padding, hn::Set(d, 4.0f));
     uint32_t blocked = 0;
@@ -196,47 +198,50 @@ class AnyTriangle {
       const auto within = hn::And(hn::Ge(least, packet.begin), hn::Le(most, packet.end));
       blocked |= bits_of(hn::And(seen.sides.inside, within)) & lanes;
       const uint32_t open = ~bits_of(hn::Or(seen.sides.missed, outside)) & lanes & ~blocked;
-      if (HWY_UNLIKELY(open != 0)) blocked |= blocks_closely(leaf, i, seen, packet, open);
+      if (HWY_UNLIKELY(open != 0)) blocked |= blocks_closely(tree, leaf, i, seen, packet, open);
     }
     return blocked;
   }
   /// Answers the rays `lanes` of a packet.
-  HWY_NOINLINE PacketWork answer_packet(Packet& packet, uint32_t lanes, const int32_t* root, const LargeHits&,
-                                        PacketState&, PacketStack& stack) const {
+  HWY_NOINLINE PacketWork answer_packet(const BvhTree& tree, Packet& packet, uint32_t lanes,
+                                        const int32_t* root, const LargeHits&, PacketState&,
+                                        PacketStack& stack) const {
     struct Look {
       const AnyTriangle& goal;
+      const BvhTree& tree;
       HWY_INLINE uint32_t look_at(Packet& packet, Child leaf, uint32_t lanes) const {
-        const uint32_t blocked = goal.look_at(packet, leaf, lanes);
+        const uint32_t blocked = goal.look_at(tree, packet, leaf, lanes);
         for (uint32_t left = blocked; left != 0; left &= left - 1)
           goal.answers_.logit[packet.first + lowest_bit(left)] = -kCertainLogit;
         return blocked;
       }
-    } look{*this};
-    return traverse_packet(tree_.decoded, packet, lanes, root, look, stack);
+    } look{*this, tree};
+    return traverse_packet(tree.decoded, packet, lanes, root, look, stack);
   }
 
  private:
   /// Which of the rays `lanes` a triangle blocks that they may meet.
-  HWY_NOINLINE uint32_t blocks_closely(const DecodedLeaf& leaf, uint32_t i, const PacketTriangle& seen,
-                                       const Packet& packet, uint32_t lanes) const {
+  HWY_NOINLINE uint32_t blocks_closely(const BvhTree& tree, const DecodedLeaf& leaf, uint32_t i,
+                                       const PacketTriangle& seen, const Packet& packet,
+                                       uint32_t lanes) const {
     const auto range = depth_range(seen.z, seen.sides, packet.padding);
     const auto test = test_range(range, packet.begin, packet.end, packet.padding);
     uint32_t blocked = lanes & bits_of(hn::And(seen.sides.inside, test.within));
     for (uint32_t open = lanes & ~(blocked | bits_of(test.outside)); open != 0; open &= open - 1) {
       const uint32_t lane = lowest_bit(open);
-      if (blocks_exactly(leaf, 1u << i, packet.first + lane)) blocked |= 1u << lane;
+      if (blocks_exactly(tree, leaf, 1u << i, packet.first + lane)) blocked |= 1u << lane;
     }
     return blocked;
   }
-  HWY_NOINLINE bool blocks_exactly(const DecodedLeaf& leaf, uint32_t lanes, uint32_t ray) const {
+  HWY_NOINLINE bool blocks_exactly(const BvhTree& tree, const DecodedLeaf& leaf, uint32_t lanes,
+                                   uint32_t ray) const {
     TriangleRay exact;
-    prepare_for_triangles(tree_.field, segment_of(batch_, ray), exact);
+    prepare_for_triangles(tree.field, segment_of(batch_, ray), exact);
     for (; lanes != 0; lanes &= lanes - 1)
       if (cpu::HWY_NAMESPACE::blocks_exactly(holes_, exact, corners_of(leaf, lowest_bit(lanes)))) return true;
     return false;
   }
 
-  const BvhTree& tree_;
   [[no_unique_address]] Holes holes_;
   const SegmentBatch& batch_;
   AnswerBatch& answers_;
@@ -255,33 +260,34 @@ class FirstTriangle {
     alignas(64) float bound[kLanes];
   };
 
-  FirstTriangle(const BvhTree& tree, const Holes& holes, const SegmentBatch& batch, AnswerBatch& answers,
-                HitBatch& hits, HitCandidates& candidates)
-      : tree_(tree), holes_(holes), batch_(batch), answers_(answers), hits_(hits), candidates_(candidates) {
+  FirstTriangle(const Holes& holes, const SegmentBatch& batch, AnswerBatch& answers, HitBatch& hits,
+                HitCandidates& candidates)
+      : holes_(holes), batch_(batch), answers_(answers), hits_(hits), candidates_(candidates) {
     candidates.count = 0;
   }
 
   AnswerBatch& answers() const { return answers_; }
   HWY_INLINE void begin(Flight<FirstTriangle>& flight) const {
     flight.state.clear();
-    flight.state.prepare(tree_.field, batch_, flight.number, flight.ray.exit[3]);
+    flight.state.prepare(flight.tree->field, batch_, flight.number, flight.ray.exit[3]);
   }
   /// Rays need not go farther than the first large triangle that they surely meet.
-  HWY_NOINLINE FirstLook look_at_large(const SeenRays& rays, BoxRays& boxes, LargeHits& hits) const {
+  HWY_NOINLINE FirstLook look_at_large(const BvhTree& tree, const SeenRays& rays, BoxRays& boxes,
+                                       LargeHits& hits) const {
     const Floats d;
     const Ints di;
     const LargeOrder order(rays.axis);
-    const auto count = uint32_t(tree_.decoded.large.size());
+    const auto count = uint32_t(tree.decoded.large.size());
     const auto never = hn::Set(d, std::numeric_limits<float>::infinity());
     auto bound = hn::Set(d, kNoHit);
     for (uint32_t i = 0; i < count; ++i) {
-      if (i % kBvhLeafTriangles == 0 && !any_meets_box(tree_.decoded, i, rays, boxes)) {
+      if (i % kBvhLeafTriangles == 0 && !any_meets_box(tree.decoded, i, rays, boxes)) {
         for (uint32_t k = 0; k < kBvhLeafTriangles; ++k) hn::Store(never, d, hits.low[i + k]);
         i += kBvhLeafTriangles - 1;
         continue;
       }
       LargeDepths depths;
-      const LargeTest test = test_large(tree_.decoded.large[i], rays, order, depths);
+      const LargeTest test = test_large(tree.decoded.large[i], rays, order, depths);
       bound = hn::IfThenElse(test.met, hn::Min(depths.high, bound), bound);
       hn::Store(hn::IfThenElse(test.open, depths.low, never), d, hits.low[i]);
     }
@@ -302,23 +308,24 @@ class FirstTriangle {
     return {.started = bits_of(hn::RebindMask(d, hn::Ne(open, hn::Zero(di))))};
   }
   /// A ray of that vector that meets nothing else.
-  HWY_INLINE void end_at_large(const LargeHits& hits, uint32_t lane, uint32_t number, uint32_t axis) const {
+  HWY_INLINE void end_at_large(const BvhTree& tree, const LargeHits& hits, uint32_t lane, uint32_t number,
+                               uint32_t axis) const {
     if (HWY_UNLIKELY(!candidates_.has_room(kMostLarge))) finish();
     for (auto open = uint32_t(hits.open[lane]); open != 0; open &= open - 1)
-      candidates_.add(number, axis, corners_at(lowest_bit(open)));
+      candidates_.add(number, axis, tree.field.extent, corners_at(tree, lowest_bit(open)));
   }
   /// A ray that goes on to the tree.
   HWY_INLINE void go_on_from_large(const LargeHits& hits, uint32_t lane,
                                    Flight<FirstTriangle>& flight) const {
     flight.state.bound = hits.bound[lane];
     for (auto open = uint32_t(hits.open[lane]); open != 0; open &= open - 1)
-      keep(hits.low[lowest_bit(open)][lane], lowest_bit(open), flight.number, flight.state);
+      keep(*flight.tree, hits.low[lowest_bit(open)][lane], lowest_bit(open), flight.number, flight.state);
     shorten(flight.leaf_ray, flight.state.bound);
   }
   HWY_INLINE bool look_at(Child leaf, uint32_t lanes, Flight<FirstTriangle>& flight) const {
     State& state = flight.state;
     const float before = state.bound;
-    const DecodedLeaf& triangles = tree_.decoded.leaves[leaf / kBvhLeafTriangles];
+    const DecodedLeaf& triangles = flight.tree->decoded.leaves[leaf / kBvhLeafTriangles];
     LeafDepths depths = depths_of(triangles, flight.leaf_ray);
     if constexpr (Holes::kAny) {
       // Those with holes are met if they block the ray, else they are not open.
@@ -334,7 +341,8 @@ class FirstTriangle {
     for (uint32_t open = depths.open & lanes; open != 0; open &= open - 1) {
       const uint32_t i = lowest_bit(open);
       if (depths.low[i] <= state.bound)
-        keep(depths.low[i], leaf / kBvhLeafTriangles * kBvhLeafTriangles + i, flight.number, state);
+        keep(*flight.tree, depths.low[i], leaf / kBvhLeafTriangles * kBvhLeafTriangles + i, flight.number,
+             state);
     }
     if (state.bound < before) {
       shorten(flight.ray, state.bound);
@@ -343,14 +351,15 @@ class FirstTriangle {
     return false;
   }
   HWY_INLINE void end(const Flight<FirstTriangle>& flight, bool) const {
-    add_candidates(flight.number, flight.ray.exit[3], flight.state);
+    add_candidates(*flight.tree, flight.number, flight.ray.exit[3], flight.state);
   }
-  void finish() const { finish_hits(tree_.field, batch_, answers_, candidates_, hits_); }
+  void finish() const { finish_hits(batch_, answers_, candidates_, hits_); }
 
   /// Looks at a leaf with the rays `lanes` of a packet.
-  HWY_INLINE void look_at(Packet& packet, Child at, uint32_t lanes, PacketState& state) const {
+  HWY_INLINE void look_at(const BvhTree& tree, Packet& packet, Child at, uint32_t lanes,
+                          PacketState& state) const {
     const Floats d;
-    const DecodedLeaf& leaf = tree_.decoded.leaves[at / kBvhLeafTriangles];
+    const DecodedLeaf& leaf = tree.decoded.leaves[at / kBvhLeafTriangles];
     const uint32_t count = at % kBvhLeafTriangles + 1, place = at / kBvhLeafTriangles * kBvhLeafTriangles;
     auto bound = hn::Load(d, state.bound);
     uint32_t lower = 0;
@@ -372,7 +381,7 @@ class FirstTriangle {
       for (; open != 0; open &= open - 1) {
         const uint32_t lane = lowest_bit(open);
         state.rays[lane].bound = state.bound[lane];
-        keep(low[lane], place + i, packet.first + lane, state.rays[lane]);
+        keep(tree, low[lane], place + i, packet.first + lane, state.rays[lane]);
       }
     }
     if (lower == 0) return;
@@ -380,55 +389,59 @@ class FirstTriangle {
     packet.shorten(bound);
   }
   /// Answers the rays `lanes` of a packet. Each has met a slot of the root; `large` has what it met before.
-  HWY_NOINLINE PacketWork answer_packet(Packet& packet, uint32_t lanes, const int32_t* root,
-                                        const LargeHits& large, PacketState& state,
+  HWY_NOINLINE PacketWork answer_packet(const BvhTree& tree, Packet& packet, uint32_t lanes,
+                                        const int32_t* root, const LargeHits& large, PacketState& state,
                                         PacketStack& stack) const {
     const Floats d;
-    const bool any_large = !tree_.decoded.large.empty();
+    const bool any_large = !tree.decoded.large.empty();
     hn::Store(any_large ? hn::Load(d, large.bound) : hn::Set(d, kNoHit), d, state.bound);
     for (uint32_t lane = 0; lane < kLanes; ++lane) state.rays[lane].count = 0;
     for (uint32_t left = any_large ? lanes : 0; left != 0; left &= left - 1) {
       const uint32_t lane = lowest_bit(left);
       state.rays[lane].bound = state.bound[lane];
       for (auto open = uint32_t(large.open[lane]); open != 0; open &= open - 1)
-        keep(large.low[lowest_bit(open)][lane], lowest_bit(open), packet.first + lane, state.rays[lane]);
+        keep(tree, large.low[lowest_bit(open)][lane], lowest_bit(open), packet.first + lane,
+             state.rays[lane]);
     }
     struct Look {
       const FirstTriangle& goal;
+      const BvhTree& tree;
       PacketState& state;
       HWY_INLINE uint32_t look_at(Packet& packet, Child leaf, uint32_t lanes) const {
-        goal.look_at(packet, leaf, lanes, state);
+        goal.look_at(tree, packet, leaf, lanes, state);
         return 0;
       }
-    } look{*this, state};
-    const PacketWork work = traverse_packet(tree_.decoded, packet, lanes, root, look, stack);
+    } look{*this, tree, state};
+    const PacketWork work = traverse_packet(tree.decoded, packet, lanes, root, look, stack);
     for (uint32_t left = lanes; left != 0; left &= left - 1) {
       const uint32_t lane = lowest_bit(left);
       state.rays[lane].bound = state.bound[lane];
-      add_candidates(packet.first + lane, packet.axis, state.rays[lane]);
+      add_candidates(tree, packet.first + lane, packet.axis, state.rays[lane]);
     }
     return work;
   }
 
  private:
   /// Adds a candidate.
-  HWY_INLINE void keep(float low, Child place, uint32_t ray, RayCandidates<Child>& candidates) const {
+  HWY_INLINE void keep(const BvhTree& tree, float low, Child place, uint32_t ray,
+                       RayCandidates<Child>& candidates) const {
     if (HWY_UNLIKELY(candidates.count == State::kMost) && !candidates.make_room())
       keep_first(
-          tree_.field, segment_of(batch_, ray), [&](Child at) { return corners_at(at); }, candidates);
+          tree.field, segment_of(batch_, ray), [&](Child at) { return corners_at(tree, at); }, candidates);
     candidates.add(low, place);
   }
   /// Those of a ray that may be the first.
-  HWY_INLINE void add_candidates(uint32_t ray, uint32_t axis, const RayCandidates<Child>& found) const {
+  HWY_INLINE void add_candidates(const BvhTree& tree, uint32_t ray, uint32_t axis,
+                                 const RayCandidates<Child>& found) const {
     if (HWY_UNLIKELY(!candidates_.has_room(State::kMost))) finish();
     for (uint32_t k = 0; k < found.count; ++k)
-      if (found.low[k] <= found.bound) candidates_.add(ray, axis, corners_at(found.places[k]));
+      if (found.low[k] <= found.bound)
+        candidates_.add(ray, axis, tree.field.extent, corners_at(tree, found.places[k]));
   }
-  HWY_INLINE TriangleCorners corners_at(Child place) const {
-    return corners_of(tree_.decoded.leaves[place / kBvhLeafTriangles], place % kBvhLeafTriangles);
+  static HWY_INLINE TriangleCorners corners_at(const BvhTree& tree, Child place) {
+    return corners_of(tree.decoded.leaves[place / kBvhLeafTriangles], place % kBvhLeafTriangles);
   }
 
-  const BvhTree& tree_;
   [[no_unique_address]] Holes holes_;
   const SegmentBatch& batch_;
   AnswerBatch& answers_;
@@ -439,14 +452,15 @@ class FirstTriangle {
 /// Sends the rays that were made ready, from number `first` of the batch on, through the tree together, if enough of them agree
 /// on the way to go. Returns those that are answered.
 template <class Goal>
-HWY_NOINLINE uint32_t answer_together(const Goal& goal, uint32_t first, TraversalScratch<Goal>& scratch) {
+HWY_NOINLINE uint32_t answer_together(const Goal& goal, const BvhTree& tree, uint32_t first,
+                                      TraversalScratch<Goal>& scratch) {
   const ReadyRays& ready = scratch.ready;
   const Way way = way_of_first(ready);
   PacketWork work{.spent = 1};
   if (way.lanes != 0) {
     Packet packet(ready, first, way);
-    work =
-        goal.answer_packet(packet, way.lanes, ready.met, scratch.large, scratch.packet_state, scratch.packet);
+    work = goal.answer_packet(tree, packet, way.lanes, ready.met, scratch.large, scratch.packet_state,
+                              scratch.packet);
   }
   scratch.trials.add(work.pays());
   return way.lanes;
@@ -458,9 +472,9 @@ class Traversal {
   using Flight = decoded::Flight<Goal>;
   using FlightGroup = decoded::FlightGroup<Goal>;
 
-  HWY_INLINE Traversal(const BvhTree& tree, const SegmentBatch& batch, const float* enter, const float* leave,
-                       const Goal& goal, TraversalScratch<Goal>& scratch)
-      : tree_(tree),
+  HWY_INLINE Traversal(const TreePart* parts, const SegmentBatch& batch, const float* enter,
+                       const float* leave, const Goal& goal, TraversalScratch<Goal>& scratch)
+      : parts_(parts),
         batch_(batch),
         enter_(enter),
         leave_(leave),
@@ -491,13 +505,13 @@ class Traversal {
 
   /// Tests the leaves that rays have met.
   HWY_INLINE void test_leaves(FlightGroup& group) const {
-    const DecodedLeaf* const leaves = tree_.decoded.leaves.data();
     const uint32_t count = group.count;
     uint32_t left = 0, blocked = 0;
     for (uint32_t i = 0; i < count; ++i) {
       const Child leaf = group.leaves[i];
       const uint32_t at = group.rays[i], triangles = triangles_in(leaf);
-      const LeafTest test = test_leaf(leaves[leaf / kBvhLeafTriangles], group.flights[at].leaf_ray);
+      const Flight& flight = group.flights[at];
+      const LeafTest test = test_leaf(flight.tree->decoded.leaves[leaf / kBvhLeafTriangles], flight.leaf_ray);
       const bool met = surely_blocks(leaf, test.met & triangles);
       group.leaves[left] = leaf;
       group.rays[left] = at;
@@ -541,7 +555,7 @@ class Traversal {
   HWY_INLINE void test_node(FlightGroup& group, uint32_t at, uint32_t& count, uint32_t& done) const {
     Flight& flight = group.flights[at];
     const int32_t top = group.tops[at];
-    const DecodedNode& node = tree_.decoded.nodes[flight.stack[top]];
+    const DecodedNode& node = flight.tree->decoded.nodes[flight.stack[top]];
     const uint32_t met = meets_boxes(node, flight.ray);
     const uint32_t order = node.order[Goal::kNearestFirst ? flight.ray.entry[3] : 0];
     const uint32_t inner = met & (order >> 24), leaves = met & ~inner;
@@ -560,21 +574,22 @@ class Traversal {
   /// Looks at the large triangles first.
   struct LargeFirst {
     const Traversal& traversal;
-    HWY_INLINE bool has_any() const { return !traversal.tree_.decoded.large.empty(); }
+    HWY_INLINE const BvhTree& tree() const { return *traversal.parts_->tree; }
+    HWY_INLINE bool has_any() const { return !tree().decoded.large.empty(); }
     HWY_INLINE FirstLook operator()(const SeenRays& rays, BoxRays& boxes) const {
-      return traversal.goal_.look_at_large(rays, boxes, traversal.large_);
+      return traversal.goal_.look_at_large(tree(), rays, boxes, traversal.large_);
     }
   };
 
   /// Returns false if no ray is left.
   HWY_INLINE bool make_some_ready() {
-    for (; ready_.traversed == 0; taken_ += kLanes) {
-      if (taken_ >= batch_.count) return false;
-      make_ready<DecodedNode>(tree_, batch_, enter_, leave_, taken_, goal_.answers(), ready_,
+    while (ready_.traversed == 0) {
+      if (!take_vector(parts_, batch_.count, first_, taken_)) return false;
+      make_ready<DecodedNode>(*parts_->tree, batch_, enter_, leave_, first_, taken_, goal_.answers(), ready_,
                               LargeFirst{*this});
       if constexpr (kLanes >= kFewestPacketLanes && Goal::kPackets) {
         if (uint32_t(__builtin_popcount(ready_.traversed)) >= kFewestTogether && scratch_.trials.begin())
-          ready_.traversed &= ~answer_together(Goal(goal_), taken_, scratch_);
+          ready_.traversed &= ~answer_together(Goal(goal_), *parts_->tree, first_, scratch_);
       }
     }
     return true;
@@ -582,17 +597,19 @@ class Traversal {
 
   /// Starts the next ray at the root. Returns false if it is finished.
   HWY_INLINE bool start(Flight& flight, int32_t& top) {
-    const uint32_t lane = lowest_bit(ready_.traversed), number = taken_ - kLanes + lane;
+    const uint32_t lane = lowest_bit(ready_.traversed), number = first_ + lane;
+    const BvhTree& tree = *parts_->tree;
     ready_.traversed &= ready_.traversed - 1;
     const auto met = uint32_t(ready_.met[lane]);
     if constexpr (Goal::kNearestFirst) {
       if (met == 0) {  // it was made ready for its large triangles
-        goal_.end_at_large(large_, lane, number, ready_.axis(lane));
+        goal_.end_at_large(tree, large_, lane, number, ready_.axis(lane));
         return false;
       }
     }
     ready_.take(lane, flight.ray);
-    const DecodedNode& root = tree_.decoded.nodes[0];
+    flight.tree = &tree;
+    const DecodedNode& root = tree.decoded.nodes[0];
     const uint32_t order = root.order[Goal::kNearestFirst ? flight.ray.entry[3] : 0];
     // Usually the root has no leaves, and is skipped.
     if (HWY_LIKELY((met & ~(order >> 24)) == 0)) {
@@ -607,25 +624,25 @@ class Traversal {
     make_decoded_ray(flight.ray, flight.leaf_ray);
     goal_.begin(flight);
     if constexpr (Goal::kNearestFirst) {
-      if (HWY_UNLIKELY(!tree_.decoded.large.empty())) goal_.go_on_from_large(large_, lane, flight);
+      if (HWY_UNLIKELY(!tree.decoded.large.empty())) goal_.go_on_from_large(large_, lane, flight);
     }
     return true;
   }
 
-  const BvhTree& tree_;
+  const TreePart* parts_;  ///< the first is that of the rays that were prepared last
   const SegmentBatch& batch_;
   const float *enter_, *leave_;
   const Goal goal_;
   TraversalScratch<Goal>& scratch_;
   ReadyRays& ready_;
   LargeHits& large_;
-  uint32_t taken_ = 0;  ///< rays of the batch that have been prepared
+  uint32_t first_ = 0, taken_ = 0;  ///< rays of the batch that were prepared last, and that are prepared
 };
 
 template <class Goal>
-HWY_INLINE void traverse_for(const Goal& goal, const BvhTree& tree, const SegmentBatch& batch,
+HWY_INLINE void traverse_for(const Goal& goal, const TreePart* parts, const SegmentBatch& batch,
                              const float* enter, const float* leave, TraversalScratch<Goal>& scratch) {
-  Traversal<Goal> traversal(tree, batch, enter, leave, goal, scratch);
+  Traversal<Goal> traversal(parts, batch, enter, leave, goal, scratch);
   run_phases(traversal, scratch.groups);
 }
 

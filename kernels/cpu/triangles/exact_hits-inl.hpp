@@ -35,12 +35,14 @@ struct HitCandidates {
   alignas(64) uint32_t rays[kRoom + 16];  ///< numbers in the batch
   uint32_t triangles[kRoom + 16];
   uint32_t axes[kRoom + 16];        ///< the longest of the ray's direction
+  float extents[kRoom + 16];        ///< of the fields that the rays ask
   float corners[3][3][kRoom + 16];  ///< by corner and axis, in the order of TriangleRay
   uint32_t count;
 
   bool has_room(uint32_t more) const { return count + more <= kRoom; }
-  HWY_INLINE void add(uint32_t ray, uint32_t axis, const TriangleCorners& triangle) {
+  HWY_INLINE void add(uint32_t ray, uint32_t axis, float extent, const TriangleCorners& triangle) {
     rays[count] = ray;
+    extents[count] = extent;
     triangles[count] = triangle.triangle;
     axes[count] = axis;
     const uint8_t* const order = kAxisOrder[axis];
@@ -53,6 +55,7 @@ struct HitCandidates {
     for (uint32_t i = count; i < count + more; ++i) {
       rays[i] = rays[count - 1];
       axes[i] = axes[count - 1];
+      extents[i] = extents[count - 1];
     }
   }
 };
@@ -116,9 +119,8 @@ struct CandidateHits {
   uint32_t met, close;  ///< lanes as bits; close: the reference must decide
 };
 
-HWY_NOINLINE inline void test_candidates(const TrianglesField& field, const SegmentBatch& batch,
-                                         const HitCandidates& candidates, uint32_t first,
-                                         CandidateHits& hits) {
+HWY_NOINLINE inline void test_candidates(const SegmentBatch& batch, const HitCandidates& candidates,
+                                         uint32_t first, CandidateHits& hits) {
   const Doubles d;
   const hn::Rebind<float, Doubles> df;
   const hn::Rebind<int32_t, Doubles> di;
@@ -135,7 +137,7 @@ HWY_NOINLINE inline void test_candidates(const TrianglesField& field, const Segm
   const auto axis_x = next(axis_z), axis_y = next(axis_x);
   const decltype(ray) axis[3] = {axis_x, axis_y, axis_z};
   D origin[3], direction[3];
-  auto far = hn::Set(df, field.extent);
+  auto far = hn::LoadU(df, candidates.extents + first);
   for (uint32_t i = 0; i < 3; ++i) {
     const auto at = hn::Add(hn::Mul(axis[i], hn::Set(di, int32_t(kBatchRoom))), ray);
     const auto start = hn::GatherIndex(df, batch.origin[0], at);
@@ -190,9 +192,8 @@ HWY_NOINLINE inline void test_candidates(const TrianglesField& field, const Segm
 }
 
 /// A candidate as the reference decides about it. Returns false if it is not met.
-HWY_NOINLINE inline bool hit_by_reference(const TrianglesField& field, const SegmentBatch& batch,
-                                          const HitCandidates& candidates, uint32_t i, bool certain,
-                                          double& t, Hit& hit) {
+HWY_NOINLINE inline bool hit_by_reference(const SegmentBatch& batch, const HitCandidates& candidates,
+                                          uint32_t i, bool certain, double& t, Hit& hit) {
   float corners[3][3];
   for (uint32_t k = 0; k < 3; ++k)
     for (uint32_t a = 0; a < 3; ++a)
@@ -200,7 +201,7 @@ HWY_NOINLINE inline bool hit_by_reference(const TrianglesField& field, const Seg
   const float* const vertices[3] = {corners[0], corners[1], corners[2]};
   TriangleRay exact;
   TriangleCrossing<double> crossing;
-  prepare_for_triangles(field, segment_of(batch, candidates.rays[i]), exact);
+  prepare_for_triangles({.extent = candidates.extents[i]}, segment_of(batch, candidates.rays[i]), exact);
   if (!meets_triangle(exact, vertices, crossing)) return false;
   t = crossing.t;
   hit = hit_at(crossing, candidates.triangles[i], vertices, certain);
@@ -208,8 +209,8 @@ HWY_NOINLINE inline bool hit_by_reference(const TrianglesField& field, const Seg
 }
 
 /// Writes the first hit of each ray that has candidates, and forgets them.
-HWY_NOINLINE inline void finish_hits(const TrianglesField& field, const SegmentBatch& batch,
-                                     const AnswerBatch& answers, HitCandidates& candidates, HitBatch& hits) {
+HWY_NOINLINE inline void finish_hits(const SegmentBatch& batch, const AnswerBatch& answers,
+                                     HitCandidates& candidates, HitBatch& hits) {
   const uint32_t count = candidates.count;
   if (count == 0) return;
   candidates.repeat_last(kDoubles - 1);
@@ -218,7 +219,7 @@ HWY_NOINLINE inline void finish_hits(const TrianglesField& field, const SegmentB
   double nearest = 0;
   for (uint32_t first = 0; first < count; first += kDoubles) {
     CandidateHits found;
-    test_candidates(field, batch, candidates, first, found);
+    test_candidates(batch, candidates, first, found);
     uint32_t present = count - first < kDoubles ? (1u << (count - first)) - 1 : (1u << kDoubles) - 1;
     for (present &= found.met | found.close; present != 0; present &= present - 1) {
       const uint32_t lane = lowest_bit(present), i = first + lane, ray = candidates.rays[i];
@@ -226,7 +227,7 @@ HWY_NOINLINE inline void finish_hits(const TrianglesField& field, const SegmentB
       double t = found.t[lane];
       Hit hit;
       if (HWY_UNLIKELY((found.close >> lane & 1) != 0)) {
-        if (!hit_by_reference(field, batch, candidates, i, certain, t, hit)) continue;
+        if (!hit_by_reference(batch, candidates, i, certain, t, hit)) continue;
       } else {
         hit.t = found.hit_t[lane];
         if (certain) hit.low = hit.high = hit.t;

@@ -130,27 +130,39 @@ HWY_NOINLINE inline void move_lanes(const BvhTree& tree, const SegmentBatch& bat
   }
 }
 
-/// Whether any ray of a batch is moved.
-HWY_INLINE bool any_far(const TrianglesField& field, const SegmentBatch& batch) {
+/// Whether any ray of a batch, from `first` to before `end`, is moved.
+HWY_INLINE bool any_far(const TrianglesField& field, const SegmentBatch& batch, uint32_t first,
+                        uint32_t end) {
   const Floats d;
   const auto moved_from = hn::Set(d, field.extent * kBvhMovedFrom);
   uint32_t far = 0;
-  for (uint32_t first = 0; first < batch.count; first += kLanes) {
+  for (; first < end; first += kLanes) {
     auto far_off = hn::Zero(d);
     for (uint32_t a = 0; a < 3; ++a)
       far_off = hn::Max(far_off, hn::Abs(hn::LoadU(d, batch.origin[a] + first)));
-    const uint32_t present = batch.count - first < kLanes ? (1u << (batch.count - first)) - 1 : kAllLanes;
+    const uint32_t present = end - first < kLanes ? (1u << (end - first)) - 1 : kAllLanes;
     far |= bits_of(hn::Gt(far_off, moved_from)) & present;
   }
   return far != 0;
 }
 
-/// Prepares the batch's rays from `first` on, and answers them as if they met nothing. Boxes count from
-/// `enter` to `leave`, where t counts from start_of() the ray; triangles from the ray's tmin to tmax.
+/// Goes on to the next rays of a batch of `count` that one call of make_ready() prepares: those from `first` to before `end`.
+/// `parts` becomes theirs. Returns false if there are none.
+HWY_INLINE bool take_vector(const TreePart*& parts, uint32_t count, uint32_t& first, uint32_t& end) {
+  if (end == count) return false;
+  parts += uint32_t(end == parts->end);
+  first = end;
+  end = min_of(first + kLanes, parts->end);
+  return true;
+}
+
+/// Prepares the batch's rays from `first` to before `end`, at most a vector of them, and answers them as if they met
+/// nothing. Boxes count from `from` to `to`, where t counts from start_of() the ray; triangles from the ray's tmin to tmax.
 /// Look: look(rays, boxes) looks at triangles outside the tree, if it has_any(), and may lower `boxes.leave`.
 template <class Node, class Look>
 HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const float* from, const float* to,
-                           uint32_t first, AnswerBatch& answers, ReadyRays& ready, const Look& look) {
+                           uint32_t first, uint32_t end, AnswerBatch& answers, ReadyRays& ready,
+                           const Look& look) {
   const Floats d;
   const Ints di;
   const auto zero = hn::Zero(d), one = hn::Set(d, 1.0f);
@@ -175,7 +187,7 @@ HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const
   askable = hn::And(askable, hn::And(hn::Ge(steepest, hn::Set(d, kMinDirection)),
                                      hn::Le(steepest, hn::Set(d, kMaxDirection))));
   askable = hn::And(askable, ordered);
-  const uint32_t present = batch.count - first < kLanes ? (1u << (batch.count - first)) - 1 : kAllLanes;
+  const uint32_t present = end - first < kLanes ? (1u << (end - first)) - 1 : kAllLanes;
 
   const auto near_enough = hn::Le(far_off, hn::Mul(extent, hn::Set(d, kBvhReach)));
   const auto empty = hn::Gt(tmin, tmax);
@@ -246,7 +258,7 @@ HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const
   const auto high = hn::Sub(hn::Mul(clamp(tmax), steepest), padding);
   const auto backward = hn::Lt(length, zero);
   const auto begin = hn::IfThenElse(backward, hn::Neg(high), low);
-  const auto end = hn::IfThenElse(backward, hn::Neg(low), high);
+  const auto last = hn::IfThenElse(backward, hn::Neg(low), high);
 
   const uint32_t asked = bits_of(askable) & present;
   const hn::Vec<Floats> in_order[3] = {choose(origin, 1), choose(origin, 2), choose(origin, 0)};
@@ -287,7 +299,7 @@ HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const
   store(2, boxes.far[0], boxes.far[1], boxes.far[2], zero);
   store(3, in_order[0], in_order[1], in_order[2], padding);
   store(4, shear_x, shear_y, error, least_error);
-  store(5, boxes.enter, boxes.leave, begin, end);
+  store(5, boxes.enter, boxes.leave, begin, last);
   store(6, entry[0], entry[1], entry[2], floats(signs));
   store(7, exit[0], exit[1], exit[2], floats(axis));
 }

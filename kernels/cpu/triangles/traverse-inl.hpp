@@ -49,6 +49,7 @@ HWY_INLINE uint64_t choose(bool first, uint64_t a, uint64_t b) {
 template <class Goal>
 struct alignas(64) Flight {
   ReadyRay ray;
+  const TrianglesField* field;        ///< that it asks
   NodeGroup group;                    ///< what comes after the next node
   uint32_t next;                      ///< node
   uint32_t size;                      ///< of the stack
@@ -167,26 +168,19 @@ class Traversal {
   using Flight = cpu::HWY_NAMESPACE::Flight<Goal>;
   using FlightGroup = cpu::HWY_NAMESPACE::FlightGroup<Goal>;
 
-  HWY_INLINE Traversal(const BvhTree& tree, const SegmentBatch& batch, const float* enter, const float* leave,
-                       const Goal& goal, ReadyRays& ready)
-      : tree_(tree),
-        field_(tree.field),
-        batch_(batch),
-        enter_(enter),
-        leave_(leave),
-        goal_(goal),
-        ready_(ready) {
+  HWY_INLINE Traversal(const TreePart* parts, const SegmentBatch& batch, const float* enter,
+                       const float* leave, const Goal& goal, ReadyRays& ready)
+      : parts_(parts), batch_(batch), enter_(enter), leave_(leave), goal_(goal), ready_(ready) {
     ready_.traversed = 0;
   }
 
   /// Every ray tests the boxes of its node and moves to the next.
   HWY_INLINE void test_nodes(FlightGroup& group) const {
     group.done = group.met_count = 0;
-    const TrianglesField field = field_;  // a local copy: no store can change it
     uint32_t done = 0, count = 0;
     for (uint32_t bits = group.in_flight; bits != 0; bits &= bits - 1) {
       const uint32_t at = lowest_bit(bits);
-      done |= uint32_t(!step(field, group.flights[at], at, group.met, count)) << at;
+      done |= uint32_t(!step(*group.flights[at].field, group.flights[at], at, group.met, count)) << at;
     }
     group.done = done;
     group.met_count = count;
@@ -194,18 +188,17 @@ class Traversal {
 
   /// Tests the leaves that rays have met.
   HWY_INLINE void test_leaves(FlightGroup& group) const {
-    const TrianglesField field = field_;  // a local copy: no store can change it
     const uint32_t count = group.met_count;
     for (uint32_t i = 0; i < count; ++i) {
       MetTriangles& met = group.met[i];
-      met.ranks = ranks_in(field.nodes[met.visit.node()], met.ranks);
+      met.ranks = ranks_in(group.flights[met.visit.flight()].field->nodes[met.visit.node()], met.ranks);
       met.last = 0x80000000u >> hwy::Num0BitsAboveMS1Bit_Nonzero32(met.ranks);
     }
     uint32_t open = 0, ranks = group.met[0].ranks;
     for (uint32_t i = 0; i < count;) {
       const MetTriangles& met = group.met[i];
-      open += uint32_t(
-          test_four(field, group.flights[met.visit.flight()].ray, met, ranks, group.open[open]) != 0);
+      const Flight& flight = group.flights[met.visit.flight()];
+      open += uint32_t(test_four(*flight.field, flight.ray, met, ranks, group.open[open]) != 0);
       i += ranks == 0;
       ranks = uint32_t(choose(ranks == 0, group.met[i].ranks, ranks));
     }
@@ -218,10 +211,13 @@ class Traversal {
     for (uint32_t i = 0; i < group.open_count; ++i) {
       const OpenTriangles& found = group.open[i];
       const uint32_t at = found.visit.flight();
-      done |= uint32_t(goal_.look_at(field_, group.flights[at], found)) << at;
+      Flight& flight = group.flights[at];
+      done |= uint32_t(goal_.look_at(*flight.field, flight, found)) << at;
     }
-    for (uint32_t ended = group.in_flight & done; ended != 0; ended &= ended - 1)
-      goal_.end(field_, group.flights[lowest_bit(ended)]);
+    for (uint32_t ended = group.in_flight & done; ended != 0; ended &= ended - 1) {
+      const Flight& flight = group.flights[lowest_bit(ended)];
+      goal_.end(*flight.field, flight);
+    }
     group.in_flight &= ~done;
     for (uint32_t free = ~group.in_flight & ((1u << kFlights) - 1); free != 0; free &= free - 1) {
       if (ready_.traversed == 0 && !make_some_ready()) return;
@@ -234,9 +230,10 @@ class Traversal {
  private:
   /// Returns false if no ray is left.
   HWY_INLINE bool make_some_ready() {
-    for (; ready_.traversed == 0; taken_ += kLanes) {
-      if (taken_ >= batch_.count) return false;
-      make_ready<BvhNode>(tree_, batch_, enter_, leave_, taken_, goal_.answers(), ready_, NothingFirst());
+    while (ready_.traversed == 0) {
+      if (!take_vector(parts_, batch_.count, first_, taken_)) return false;
+      make_ready<BvhNode>(*parts_->tree, batch_, enter_, leave_, first_, taken_, goal_.answers(), ready_,
+                          NothingFirst());
     }
     return true;
   }
@@ -246,17 +243,19 @@ class Traversal {
     const uint32_t lane = lowest_bit(ready_.traversed);
     ready_.traversed &= ready_.traversed - 1;
     ready_.take(lane, flight.ray);
+    const BvhTree& tree = *parts_->tree;
+    flight.field = &tree.field;
     flight.stack[0] = 0;
     flight.size = 1;
     // Usually the root has no leaves, and is skipped.
     const auto met = uint32_t(ready_.met[lane]);
-    if (HWY_LIKELY((met & tree_.leaves) == 0)) {
-      go_on(field_, flight, group_of(field_.nodes[0], tree_.inner, met));
+    if (HWY_LIKELY((met & tree.leaves) == 0)) {
+      go_on(tree.field, flight, group_of(tree.field.nodes[0], tree.inner, met));
     } else {
       flight.group = 0;
       flight.next = 0;
     }
-    flight.number = taken_ - kLanes + lane;
+    flight.number = first_ + lane;
     goal_.begin(flight);
   }
 
@@ -316,25 +315,30 @@ class Traversal {
     return go_on(field, flight, group);
   }
 
-  const BvhTree& tree_;
-  const TrianglesField& field_;
+  const TreePart* parts_;  ///< the first is that of the rays that were prepared last
   const SegmentBatch& batch_;
   const float *enter_, *leave_;
   const Goal goal_;
   ReadyRays& ready_;
-  uint32_t taken_ = 0;  ///< rays of the batch that have been prepared
+  uint32_t first_ = 0, taken_ = 0;  ///< rays of the batch that were prepared last, and that are prepared
 };
 
 /// Traverses every ray of a batch. Boxes count only from `enter[i]` to `leave[i]`, so hits elsewhere may be
 /// missed; triangles count from the ray's own tmin to its tmax. Both arrays have kBatchRays entries and count
-/// t from start_of() the ray.
+/// t from start_of() the ray. The last of `parts` ends with the batch, and trees are decoded, or none is.
 template <class Goal>
-HWY_INLINE void traverse_for(const Goal& goal, const BvhTree& tree, const SegmentBatch& batch,
+HWY_INLINE void traverse_for(const Goal& goal, const TreePart* parts, const SegmentBatch& batch,
                              const float* enter, const float* leave, TraversalScratch<Goal>& scratch) {
-  Traversal<Goal> traversal(tree, batch, enter, leave, goal, scratch.ready);
+  Traversal<Goal> traversal(parts, batch, enter, leave, goal, scratch.ready);
   run_phases(traversal, scratch.groups);
 }
 
+/// Whether any ray of a batch is moved.
+HWY_INLINE bool any_far(const TreePart* parts, const SegmentBatch& batch) {
+  for (uint32_t first = 0; first < batch.count; first = parts++->end)
+    if (any_far(parts->tree->field, batch, first, parts->end)) return true;
+  return false;
+}
 template <class Holes = NoHoles>
 union BvhScratch {
   TraversalScratch<AnyTriangle<Holes>> packed;
@@ -344,36 +348,43 @@ union BvhScratch {
 };
 /// Answers the rays of a batch. Not inlined, so that all kernels share this code.
 template <class Holes = NoHoles>
-HWY_NOINLINE void traverse(const BvhTree& tree, const SegmentBatch& batch, const float* enter,
+HWY_NOINLINE void traverse(const TreePart* parts, const SegmentBatch& batch, const float* enter,
                            const float* leave, AnswerBatch& answers, BvhScratch<Holes>& scratch,
                            const Holes& holes = {}) {
 #ifdef NIF_DECODES
-  if (!tree.decoded.nodes.empty()) {
-    decoded::traverse_for(decoded::AnyTriangle<Holes>(tree, holes, batch, answers), tree, batch, enter, leave,
+  if (!parts->tree->decoded.nodes.empty()) {
+    decoded::traverse_for(decoded::AnyTriangle<Holes>(holes, batch, answers), parts, batch, enter, leave,
                           scratch.decoded);
     return;
   }
 #endif
-  traverse_for(AnyTriangle<Holes>(holes, batch, answers), tree, batch, enter, leave, scratch.packed);
+  traverse_for(AnyTriangle<Holes>(holes, batch, answers), parts, batch, enter, leave, scratch.packed);
 }
 
-/// The same without an interval.
+/// Where boxes count.
 struct BoxEnds {
   float enter[kBatchRoom], leave[kBatchRoom];
 };
+/// Sets them for rays that are moved, some of them, and go up to `leave`.
+HWY_NOINLINE inline void begin_at_start(const TreePart* parts, const SegmentBatch& batch, const float* leave,
+                                        BoxEnds& ends) {
+  for (uint32_t i = 0; i < batch.count; ++i) {
+    parts += uint32_t(i == parts->end);
+    const float start = start_of(parts->tree->field, segment_of(batch, i));
+    ends.enter[i] = from_start_down(batch.tmin[i], start);
+    ends.leave[i] = from_start_up(leave[i], start);
+  }
+}
+/// The same without an interval.
 template <class Holes = NoHoles>
-HWY_NOINLINE void traverse_whole(const BvhTree& tree, const SegmentBatch& batch, AnswerBatch& answers,
+HWY_NOINLINE void traverse_whole(const TreePart* parts, const SegmentBatch& batch, AnswerBatch& answers,
                                  BoxEnds& ends, BvhScratch<Holes>& scratch, const Holes& holes = {}) {
-  if (HWY_LIKELY(!any_far(tree.field, batch))) {
-    traverse(tree, batch, batch.tmin, batch.tmax, answers, scratch, holes);
+  if (HWY_LIKELY(!any_far(parts, batch))) {
+    traverse(parts, batch, batch.tmin, batch.tmax, answers, scratch, holes);
     return;
   }
-  for (uint32_t i = 0; i < batch.count; ++i) {
-    const float start = start_of(tree.field, segment_of(batch, i));
-    ends.enter[i] = from_start_down(batch.tmin[i], start);
-    ends.leave[i] = from_start_up(batch.tmax[i], start);
-  }
-  traverse(tree, batch, ends.enter, ends.leave, answers, scratch, holes);
+  begin_at_start(parts, batch, batch.tmax, ends);
+  traverse(parts, batch, ends.enter, ends.leave, answers, scratch, holes);
 }
 
 /// Finds their first hits.
@@ -391,18 +402,18 @@ struct BvhHitScratch {
   };
 };
 template <class Holes = NoHoles>
-HWY_NOINLINE void traverse_to_hits(const BvhTree& tree, const SegmentBatch& batch, const float* enter,
+HWY_NOINLINE void traverse_to_hits(const TreePart* parts, const SegmentBatch& batch, const float* enter,
                                    const float* leave, HitBatch& hits, BvhHitScratch<Holes>& scratch,
                                    const Holes& holes = {}) {
   fill_hits(hits, batch.count, Hit());
 #ifdef NIF_DECODES
-  if (!tree.decoded.nodes.empty()) {
-    const decoded::FirstTriangle<Holes> goal(tree, holes, batch, scratch.answers, hits, scratch.candidates);
-    decoded::traverse_for(goal, tree, batch, enter, leave, scratch.decoded);
+  if (!parts->tree->decoded.nodes.empty()) {
+    const decoded::FirstTriangle<Holes> goal(holes, batch, scratch.answers, hits, scratch.candidates);
+    decoded::traverse_for(goal, parts, batch, enter, leave, scratch.decoded);
     goal.finish();
   } else
 #endif
-    traverse_for(FirstTriangle<Holes>(holes, batch, scratch.answers, hits), tree, batch, enter, leave,
+    traverse_for(FirstTriangle<Holes>(holes, batch, scratch.answers, hits), parts, batch, enter, leave,
                  scratch.packed);
   for (uint32_t i = 0; i < batch.count; ++i)
     if (!(hits.t[i] < kNoHit) && scratch.answers.certain[i] != 0) hits.low[i] = kNoHit;
@@ -410,20 +421,16 @@ HWY_NOINLINE void traverse_to_hits(const BvhTree& tree, const SegmentBatch& batc
 
 /// The same without an interval, up to `limit`, which is described at intersect().
 template <class Holes = NoHoles>
-HWY_NOINLINE void traverse_whole_to_hits(const BvhTree& tree, const SegmentBatch& batch, const float* limit,
+HWY_NOINLINE void traverse_whole_to_hits(const TreePart* parts, const SegmentBatch& batch, const float* limit,
                                          HitBatch& hits, BoxEnds& ends, BvhHitScratch<Holes>& scratch,
                                          const Holes& holes = {}) {
   const float* enter = batch.tmin;
   for (uint32_t i = 0; i < batch.count; ++i) ends.leave[i] = min_of(next_above(limit[i]), batch.tmax[i]);
-  if (HWY_UNLIKELY(any_far(tree.field, batch))) {
-    for (uint32_t i = 0; i < batch.count; ++i) {
-      const float start = start_of(tree.field, segment_of(batch, i));
-      ends.enter[i] = from_start_down(batch.tmin[i], start);
-      ends.leave[i] = from_start_up(ends.leave[i], start);
-    }
+  if (HWY_UNLIKELY(any_far(parts, batch))) {
+    begin_at_start(parts, batch, ends.leave, ends);
     enter = ends.enter;
   }
-  traverse_to_hits(tree, batch, enter, ends.leave, hits, scratch, holes);
+  traverse_to_hits(parts, batch, enter, ends.leave, hits, scratch, holes);
 }
 
 }  // namespace nif::kernels::cpu::HWY_NAMESPACE

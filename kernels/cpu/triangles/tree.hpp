@@ -14,6 +14,7 @@ struct BvhTree {
     return {.decoded_triangles = decoded.bytes() + boxes.capacity() * sizeof(VertexBox)};
   }
   bool reads_nodes() const { return decoded.nodes.empty(); }
+  uint32_t kind() const { return decoded.nodes.empty() ? 1 : 2; }
 
   TrianglesField field;
   DecodedTree decoded;  ///< empty if the object is too large
@@ -24,6 +25,12 @@ struct BvhTree {
   uint32_t inner = 0, leaves = 0;                         ///< bits by slot
   float low[kBvhWidth][3] = {}, high[kBvhWidth][3] = {};  ///< of the slots in use, which come first
   std::pmr::vector<VertexBox> boxes{};                    ///< room for move(): one for each decoded node
+};
+
+/// Rays of a batch that ask one tree: those before number `end` that no earlier part has. At least one.
+struct TreePart {
+  const BvhTree* tree;
+  uint32_t end;
 };
 
 /// A tree without anything decoded. What is assigned to its vectors will be in this memory.

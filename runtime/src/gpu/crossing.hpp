@@ -40,7 +40,8 @@ constexpr uint64_t gpu_layout() {
   using kernels::PlacedInstance;
   using kernels::TopNode;
   using kernels::WorldToObject;
-  hash.structure<TopNode>({&TopNode::min, &TopNode::max, &TopNode::child, &TopNode::lanes, &TopNode::parent});
+  hash.structure<TopNode>({&TopNode::min, &TopNode::max, &TopNode::child, &TopNode::lanes, &TopNode::parent,
+                           &TopNode::near_first});
   hash.structure<WorldToObject>(
       {&WorldToObject::inverse, &WorldToObject::translation, &WorldToObject::remainder});
   hash.structure<PlacedInstance>({&PlacedInstance::to_object, LayoutHash::part<uint32_t>() /* bit fields */,

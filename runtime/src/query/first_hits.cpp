@@ -30,21 +30,25 @@ void set_scene_hit(WorkArea& area, uint32_t i, const SceneHit& hit) {
   area.hit_instance[i] = hit.instance;
 }
 
-/// Intersects area.object_rays with one object, and merges its hits into those of the batch. Of pair k,
-/// inverse[a][area.entries[k]] is what the box test needs for the ray (BoxRay).
-void intersect_object(const NifSceneObject& scene, const Pair* pairs, uint32_t count,
-                      const float (&inverse)[3][kBatchRoom], WorkArea& area) {
-  const PlacedObject& object = scene.objects[pairs[0].object];
+/// Intersects area.object_rays with the objects of area.parts, and merges their hits into those of the batch.
+void intersect_objects(const NifSceneObject& scene, const Pair* pairs, uint32_t count, WorkArea& area) {
   for (uint32_t k = 0; k < count; ++k) area.hit_limit[k] = area.hits.high[pairs[k].ray];
-  object.kernel->intersect(area.object_rays, area.hit_limit, area.object_hits, area.kernel_scratch);
+  const kernels::ObjectKernel& kernel = *area.parts[0].kernel;
+  if (area.parts[0].end == count)
+    kernel.intersect(area.object_rays, area.hit_limit, area.object_hits, area.kernel_scratch);
+  else
+    kernel.intersect_parts(area.parts, area.object_rays, area.hit_limit, area.object_hits,
+                           area.kernel_scratch);
   for (uint32_t k = 0; k < count; ++k) {
+    if (k + kFetchedAhead < count)
+      fetch(scene.hierarchy.nodes()[scene.instances[pairs[k + kFetchedAhead].instance].place / kWidth]);
     const uint32_t i = pairs[k].ray;
+    const float reach_scale = scene.objects[pairs[k].object].reach_scale;
     Hit hit = kernels::hit_of(area.object_hits, k);
-    if (!stays_certain(scene.instances[pairs[k].instance], object.reach_scale, segment_of(area.rays, i),
+    if (!stays_certain(scene.instances[pairs[k].instance], reach_scale, segment_of(area.rays, i),
                        segment_of(area.object_rays, k)))
       kernels::forget_proof(hit);
-    const uint32_t at = area.entries[k];
-    const kernels::BoxRay prepared{{inverse[0][at], inverse[1][at], inverse[2][at]}};
+    const kernels::BoxRay prepared{{area.inverse[0][i], area.inverse[1][i], area.inverse[2][i]}};
     const kernels::WorldBox box = scene.hierarchy.box(scene.instances[pairs[k].instance].place);
     kernels::begin_in_box(hit, kernels::pass_box(box, segment_of(area.rays, i), prepared).enter);
     SceneHit nearest = scene_hit(area, i);
@@ -117,7 +121,8 @@ class HitStreams final : public StreamTraversal {
 };
 
 void intersect_instances(const NifSceneObject& scene, bool masked, WorkArea& area) {
-  const auto [in_streams, active] = start_batch(scene, masked, area);
+  const bool in_streams = start_in_streams(scene, masked, area);
+  const uint32_t active = in_streams ? 0 : start_rays(scene, area, near_first);
   fill_hits(area.hits, area.rays.count, SceneHit());
   std::fill_n(area.hit_instance, area.rays.count, kNoInstance);
   for (uint32_t i = 0; i < area.rays.count; ++i)
@@ -126,11 +131,10 @@ void intersect_instances(const NifSceneObject& scene, bool masked, WorkArea& are
     HitStreams(scene, area).run();
   } else {
     go_in_rounds(
-        scene, masked, area, active, [&](uint32_t i) { return shortened_ray(area, i); },
+        scene, masked, area, active, [&](uint32_t i) { return shortened_ray(area, i); }, near_first,
         [&](const Pair* pairs, uint32_t count) {
           bring_to_object(scene, pairs, count, area);
-          for (uint32_t k = 0; k < count; ++k) area.entries[k] = pairs[k].ray;
-          intersect_object(scene, pairs, count, area.inverse, area);
+          intersect_objects(scene, pairs, count, area);
         });
   }
 }

@@ -19,26 +19,25 @@ void transform_batch(const Instance& instance, const SegmentBatch& __restrict fr
 void bring_to_object(const NifSceneObject& scene, const Pair* pairs, uint32_t count, WorkArea& area) {
   area.object_rays.count = count;
   for (uint32_t k = 0; k < count; ++k) {
+    if (k + kFetchedAhead < count) fetch(scene.instances[pairs[k + kFetchedAhead].instance]);
     const Instance& instance = scene.instances[pairs[k].instance];
     const Segment ray = segment_of(area.rays, pairs[k].ray);
     set_segment(area.object_rays, k, instance.identity ? ray : to_object(instance.to_object, ray));
   }
 }
 
-uint32_t start_rays(const NifSceneObject& scene, WorkArea& area) {
-  const std::span<const Node> nodes = scene.hierarchy.nodes();
-  uint32_t active = 0;
-  for (uint32_t i = 0; i < area.rays.count; ++i) {
-    const Segment ray = segment_of(area.rays, i);
-    kernels::BoxRay prepared;
-    const bool askable = kernels::prepare_box_ray(ray, prepared);
-    area.misses[i] = (askable || ray.tmin > ray.tmax) && !scene.unproven;
-    if (!askable || nodes.empty()) continue;
-    for (int a = 0; a < 3; ++a) area.inverse[a][i] = prepared.inverse[a];
-    area.cursors[i] = start(nodes.data(), TraversalRay(area, i));
-    if (area.cursors[i].trail != 0) area.active[active++] = uint16_t(i);
+uint32_t parts_of_call(const NifSceneObject& scene, const Pair* pairs, uint32_t begin, uint32_t count,
+                       WorkArea& area) {
+  const uint32_t kind = scene.objects[pairs[begin].object].kernel->kind();
+  uint32_t end = begin;
+  for (uint32_t part = 0; end < count; ++part) {
+    const uint32_t object = pairs[end].object;
+    const kernels::ObjectKernel* const kernel = scene.objects[object].kernel;
+    if (part > 0 && (kind == 0 || kernel->kind() != kind)) break;
+    while (end < count && pairs[end].object == object) ++end;
+    area.parts[part] = {kernel, end - begin};
   }
-  return active;
+  return end;
 }
 
 const Pair* sort_by_object(const NifSceneObject& scene, WorkArea& area, uint32_t count) {

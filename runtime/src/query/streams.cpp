@@ -31,12 +31,12 @@ void start_stream(const NifSceneObject& scene, bool masked, WorkArea& area) {
 
 }  // namespace
 
-BatchStart start_batch(const NifSceneObject& scene, bool masked, WorkArea& area) {
+bool start_in_streams(const NifSceneObject& scene, bool masked, WorkArea& area) {
   if (!scene.device->streams || area.rays.count < kFewForStreams ||
       scene.hierarchy.nodes().size() > kMostNodesForStreams)
-    return {.in_streams = false, .active = start_rays(scene, area)};
+    return false;
   start_stream(scene, masked, area);
-  return {.in_streams = true, .active = 0};
+  return true;
 }
 
 void StreamTraversal::run() {

@@ -9,13 +9,8 @@ namespace nif::runtime {
 
 using kernels::cpu::RayStream;
 
-/// How a batch goes through the scene.
-struct BatchStart {
-  bool in_streams;
-  uint32_t active;  ///< otherwise: rays of the first round, in area.active
-};
-/// Chooses, and starts the batch's rays. Sets area.misses.
-BatchStart start_batch(const NifSceneObject& scene, bool masked, WorkArea& area);
+/// Starts the batch's stream, and sets area.misses. Returns false if the batch should go in rounds.
+bool start_in_streams(const NifSceneObject& scene, bool masked, WorkArea& area);
 
 /// Takes the batch's stream through the hierarchy.
 class StreamTraversal {

@@ -17,12 +17,12 @@ using kernels::segment_of;
 using kernels::SegmentBatch;
 
 /// Runs an object's kernel on `rays`, with or without its network.
-void ask_kernel(const PlacedObject& object, const Wanted& wanted, const SegmentBatch& rays,
+void ask_kernel(const kernels::ObjectKernel& kernel, const Wanted& wanted, const SegmentBatch& rays,
                 kernels::AnswerBatch& answers, kernels::OpenBatch& open, WorkArea& area) {
   if (wanted.open)
-    object.kernel->prove(rays, answers, open, area.kernel_scratch);
+    kernel.prove(rays, answers, open, area.kernel_scratch);
   else
-    object.kernel->answer(rays, answers, area.kernel_scratch);
+    kernel.answer(rays, answers, area.kernel_scratch);
 }
 
 /// Withdraws a proof that the instance's transform does not allow, or its file: then the whole ray is open.
@@ -42,7 +42,7 @@ void answer_sole_instance(const NifSceneObject& scene, bool masked, const Wanted
   const uint32_t count = area.rays.count;
   if (!instance.identity) transform_batch(instance, area.rays, area.object_rays);
   const SegmentBatch& rays = instance.identity ? area.rays : area.object_rays;
-  ask_kernel(object, wanted, rays, area.answers, area.open, area);
+  ask_kernel(*object.kernel, wanted, rays, area.answers, area.open, area);
   if (wanted.details && (!instance.identity || instance.unproven))
     for (uint32_t i = 0; i < count; ++i)
       keep_certain(instance, object, wanted, segment_of(area.rays, i), segment_of(rays, i), i, area.answers,
@@ -58,14 +58,24 @@ void answer_sole_instance(const NifSceneObject& scene, bool masked, const Wanted
       area.probability[i] = kernels::visible_probability(area.answers.logit[i], object.calibration);
 }
 
-/// Queries one object with area.object_rays, and merges its answers into those of the batch. Sets area.decided
-/// for rays that are decided.
-void ask_object(const NifSceneObject& scene, const Wanted& wanted, const Pair* pairs, uint32_t count,
-                WorkArea& area) {
-  const PlacedObject& object = scene.objects[pairs[0].object];
-  ask_kernel(object, wanted, area.object_rays, area.object_answers, area.object_open, area);
+/// Queries the objects of area.parts with area.object_rays.
+void ask_parts(const Wanted& wanted, WorkArea& area) {
+  const SegmentBatch& rays = area.object_rays;
+  const kernels::ObjectKernel& kernel = *area.parts[0].kernel;
+  if (area.parts[0].end == rays.count) {
+    ask_kernel(kernel, wanted, rays, area.object_answers, area.object_open, area);
+    return;
+  }
+  kernel.answer_parts(area.parts, rays, area.object_answers, area.kernel_scratch);
+  if (wanted.open) kernels::open_whole(rays, area.object_open);
+}
+
+/// Merges the answers to area.object_rays into those of the batch. Sets area.decided for rays that are decided.
+void merge_answers(const NifSceneObject& scene, const Wanted& wanted, const Pair* pairs, uint32_t count,
+                   WorkArea& area) {
   for (uint32_t k = 0; k < count; ++k) {
     const uint32_t i = pairs[k].ray;
+    const PlacedObject& object = scene.objects[pairs[k].object];
     const int32_t logit = area.object_answers.logit[k];
     bool decided = logit < 0;
     if (wanted.details) {
@@ -97,9 +107,9 @@ class VisibilityStreams final : public StreamTraversal {
   void ask(uint32_t number, RayStream& stream) override {
     const Instance& instance = scene_.instances[number];
     const uint32_t count = area_.object_rays.count, *entries = area_.entries;
+    ask_kernel(*scene_.objects[instance.object].kernel, wanted_, area_.object_rays, area_.object_answers,
+               area_.object_open, area_);
     if (!wanted_.details) {
-      ask_kernel(scene_.objects[instance.object], wanted_, area_.object_rays, area_.object_answers,
-                 area_.object_open, area_);
       for (uint32_t k = 0; k < count; ++k) {
         if (area_.object_answers.logit[k] >= 0) continue;
         const uint32_t i = stream.ray[entries[k]];
@@ -111,7 +121,7 @@ class VisibilityStreams final : public StreamTraversal {
     }
     for (uint32_t k = 0; k < count; ++k)
       area_.pairs[0][k] = {instance.object, number, stream.ray[entries[k]]};
-    ask_object(scene_, wanted_, area_.pairs[0], count, area_);
+    merge_answers(scene_, wanted_, area_.pairs[0], count, area_);
     update(stream, entries, count);
   }
   void update(RayStream& stream, const uint32_t* entries, uint32_t count) override {
@@ -132,7 +142,8 @@ void finish_details(const Wanted& wanted, WorkArea& area) {
 }
 
 void answer_instances(const NifSceneObject& scene, bool masked, const Wanted& wanted, WorkArea& area) {
-  const auto [in_streams, active] = start_batch(scene, masked, area);
+  const bool in_streams = start_in_streams(scene, masked, area);
+  const uint32_t active = in_streams ? 0 : start_rays(scene, area, large_first);
   const uint32_t count = area.rays.count;
   std::fill_n(area.answers.logit, count, kernels::kCertainLogit);
   std::fill_n(area.decided, count, uint8_t{0});
@@ -149,10 +160,11 @@ void answer_instances(const NifSceneObject& scene, bool masked, const Wanted& wa
     VisibilityStreams(scene, wanted, area).run();
   } else {
     go_in_rounds(
-        scene, masked, area, active, [&](uint32_t i) { return TraversalRay(area, i); },
+        scene, masked, area, active, [&](uint32_t i) { return TraversalRay(area, i); }, large_first,
         [&](const Pair* pairs, uint32_t asked) {
           bring_to_object(scene, pairs, asked, area);
-          ask_object(scene, wanted, pairs, asked, area);
+          ask_parts(wanted, area);
+          merge_answers(scene, wanted, pairs, asked, area);
           for (uint32_t k = 0; k < asked; ++k)
             if (area.decided[pairs[k].ray]) area.cursors[pairs[k].ray].trail = 0;  // the ray drops out
         });

@@ -46,7 +46,8 @@ struct alignas(64) WorkArea {
   uint16_t active[kBatchRoom];  ///< undecided rays
   // In both:
   Pair pairs[2][kBatchRoom];
-  uint32_t entries[kBatchRoom];  ///< [object_rays] its number in the stream, or in the batch
+  kernels::BatchPart parts[kBatchRays];  ///< of object_rays
+  uint32_t entries[kBatchRoom];          ///< [object_rays] its number in the stream, or in the batch
   kernels::CombinedAnswer combined[kBatchRoom];
 
   // Rays in one object's space, and its answers.

@@ -53,10 +53,11 @@ class Builder {
   };
 
   /// Twice the centre; finite even if the box is not.
-  double centre(uint32_t i, int axis) const {
+  static double twice_centre(float low, float high) {
     constexpr float kMost = std::numeric_limits<float>::max();
-    return double(std::max(boxes_[i].min[axis], -kMost)) + double(std::min(boxes_[i].max[axis], kMost));
+    return double(std::max(low, -kMost)) + double(std::min(high, kMost));
   }
+  double centre(uint32_t i, int axis) const { return twice_centre(boxes_[i].min[axis], boxes_[i].max[axis]); }
 
   /// Appends the node for some instances, and all nodes below it. Recursion is at most kMaxLevels deep.
   void build_node(Range range, uint32_t parent, uint32_t level, WorldBox& box) {
@@ -106,6 +107,7 @@ class Builder {
         node.max[a][lane] = inner[lane].max[a];
       }
     }
+    put_near_first(node, count);
   }
 
   /// Rays visit children in order, and stop at the first that blocks them: large children block the most
@@ -119,6 +121,23 @@ class Builder {
     }
     std::stable_sort(sized, sized + count, [](const auto& a, const auto& b) { return a.first > b.first; });
     for (uint32_t lane = 0; lane < count; ++lane) parts[lane] = sized[lane].second;
+  }
+
+  /// Children that rays of any signs meet one after the other, by the centres of their boxes.
+  static void put_near_first(Node& node, uint32_t count) {
+    for (uint32_t signs = 0; signs < 8; ++signs) {
+      std::pair<double, uint32_t> along[kWidth];
+      for (uint32_t lane = 0; lane < kWidth; ++lane) {
+        along[lane] = {lane < count ? 0 : std::numeric_limits<double>::infinity(), lane};
+        for (int a = 0; a < 3 && lane < count; ++a) {
+          const double centre = twice_centre(node.min[a][lane], node.max[a][lane]);
+          along[lane].first += signs >> a & 1 ? -centre : centre;
+        }
+      }
+      std::sort(along, along + kWidth);
+      for (uint32_t place = 0; place < kWidth; ++place)
+        node.near_first[signs] |= uint8_t(along[place].second << 2 * place);
+    }
   }
 
   /// Moves the `left` instances with the lowest centres to the front. Ties are broken by number, so that the

@@ -1,4 +1,4 @@
-// Traverses the hierarchy with one ray, from one instance that it may hit to the next.
+// The box test of the hierarchy, for one ray and the four children of a node.
 #pragma once
 
 #include "query/float4.hpp"
@@ -9,6 +9,7 @@ namespace nif::runtime {
 
 /// A ray prepared for the box test: each number four times.
 struct TraversalRay {
+  TraversalRay() = default;
   TraversalRay(const WorkArea& area, uint32_t ray) {
     for (int a = 0; a < 3; ++a) {
       origin[a] = all_of(area.rays.origin[a][ray]);
@@ -40,11 +41,9 @@ inline uint32_t may_meet(const Node& node, const TraversalRay& ray) {
                               min_of(max_of(last, all_of(-kernels::kMostT)), ray.tmax));
 }
 
-inline Cursor start(const Node* nodes, const TraversalRay& ray) { return {may_meet(nodes[0], ray), 0}; }
-
-/// Returns the next instance whose box the ray may meet, or kNoBox after the last.
-inline uint32_t next_instance(const Node* nodes, const TraversalRay& ray, Cursor& cursor) {
-  return kernels::next_instance(nodes, cursor, [&](const Node& node) { return may_meet(node, ray); });
+template <class Order>
+Cursor start(const Node* nodes, const TraversalRay& ray, const Order& order) {
+  return {order.places_of(nodes[0], may_meet(nodes[0], ray)), 0};
 }
 
 }  // namespace nif::runtime
