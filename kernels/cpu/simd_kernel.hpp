@@ -11,10 +11,6 @@ template <class Packed>
 struct SimdFunctions {
   void (*answer)(const Packed&, const SegmentBatch&, AnswerBatch&, void* scratch);
   void (*intersect)(const Packed&, const SegmentBatch&, const float* limit, HitBatch&, void* scratch);
-  /// If null, the kernel has no kind.
-  void (*answer_parts)(const BatchPart*, const SegmentBatch&, AnswerBatch&, void* scratch) = nullptr;
-  void (*intersect_parts)(const BatchPart*, const SegmentBatch&, const float* limit, HitBatch&,
-                          void* scratch) = nullptr;
   /// If null, ObjectKernel's own.
   void (*prove)(const Packed&, const SegmentBatch&, AnswerBatch&, OpenBatch&, void* scratch) = nullptr;
   /// If null, the field does not move.
@@ -23,9 +19,9 @@ struct SimdFunctions {
                float (*to)[4]) = nullptr;
 };
 
-/// Packed: may have `built_bytes()`, `kind()` and `reads_field`, which mean what ObjectKernel's do.
+/// Packed: may have `built_bytes()` and `reads_field`, which mean what ObjectKernel's do.
 template <class Packed>
-class SimdKernel final : public ObjectKernel {
+class SimdKernel : public ObjectKernel {
  public:
   /// `pack()` returns the field.
   template <class Pack>
@@ -46,19 +42,6 @@ class SimdKernel final : public ObjectKernel {
   void intersect(const SegmentBatch& batch, const float* limit, HitBatch& hits,
                  void* scratch) const override {
     functions_.intersect(packed_, batch, limit, hits, scratch);
-  }
-  uint32_t kind() const override {
-    if constexpr (requires { packed_.kind(); })
-      if (functions_.answer_parts != nullptr) return packed_.kind();
-    return 0;
-  }
-  void answer_parts(const BatchPart* parts, const SegmentBatch& batch, AnswerBatch& answers,
-                    void* scratch) const override {
-    functions_.answer_parts(parts, batch, answers, scratch);
-  }
-  void intersect_parts(const BatchPart* parts, const SegmentBatch& batch, const float* limit, HitBatch& hits,
-                       void* scratch) const override {
-    functions_.intersect_parts(parts, batch, limit, hits, scratch);
   }
   void move(const MovedTriangles& moved) override {
     if (functions_.move != nullptr) functions_.move(packed_, moved);

@@ -90,12 +90,18 @@ class ObjectKernel {
   /// [batch.count] is described at intersect().
   virtual void intersect(const SegmentBatch& batch, const float* limit, HitBatch& hits,
                          void* scratch) const = 0;
+#ifdef __wasm__  // On a web page the code is too much to download.
+  static uint32_t kind() { return 0; }
+  static void answer_parts(const BatchPart*, const SegmentBatch&, AnswerBatch&, void*) {}
+  static void intersect_parts(const BatchPart*, const SegmentBatch&, const float*, HitBatch&, void*) {}
+#else
   /// Kernels of the same kind answer the rays of several objects in one call: many objects with few rays each then keep as
   /// many rays in flight as one object with many. 0: each must be called for itself.
   virtual uint32_t kind() const { return 0; }
   /// answer() and intersect() for a batch whose parts ask kernels of this one's kind. The last part ends with the batch.
   virtual void answer_parts(const BatchPart*, const SegmentBatch&, AnswerBatch&, void*) const {}
   virtual void intersect_parts(const BatchPart*, const SegmentBatch&, const float*, HitBatch&, void*) const {}
+#endif
   /// Asks about other corners from now on: the triangles of a `bvh` object have moved. Not while another thread uses the
   /// kernel. Allocates nothing. Only for kernels that were made of a field of triangles, to be moved.
   virtual void move(const MovedTriangles&) {}

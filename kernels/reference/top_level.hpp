@@ -13,25 +13,9 @@ struct Cursor {
   uint32_t node;
 };
 
-/// Children in the order of a node: large ones, which block the most rays, come first.
+/// Visits children as a node has them: large ones, which block the most rays, come first.
 struct LargeFirst {
   static NIF_HOST_DEVICE uint32_t child_at(const TopNode&, uint32_t place) { return place; }
-  static NIF_HOST_DEVICE uint32_t places_of(const TopNode&, uint32_t children) { return children; }
-};
-/// In the order in which a ray comes to them, by their centres.
-struct NearFirst {
-  uint32_t signs;  ///< of the ray's direction, bit `axis` if negative
-
-  uint32_t child_at(const TopNode& node, uint32_t place) const {
-    return node.near_first[signs] >> 2 * place & 3;
-  }
-  /// Of children as bits.
-  uint32_t places_of(const TopNode& node, uint32_t children) const {
-    uint32_t places = 0;
-    for (uint32_t place = 0; place < kTopWidth; ++place)
-      places |= (children >> child_at(node, place) & 1) << place;
-    return places;
-  }
 };
 
 /// Takes the next child from a cursor: an instance with kTopLeaf, or a node, to which the cursor goes. Returns kNoBox after

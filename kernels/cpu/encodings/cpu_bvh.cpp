@@ -9,6 +9,19 @@
 
 #include "kernels/cpu/targets.hpp"
 
+#ifndef NIF_CPU_BVH_ONCE
+#define NIF_CPU_BVH_ONCE
+namespace nif::kernels::cpu {
+
+/// The functions of an ObjectKernel for batches in parts.
+struct PartFunctions {
+  void (*answer)(const BatchPart*, const SegmentBatch&, AnswerBatch&, void* scratch);
+  void (*intersect)(const BatchPart*, const SegmentBatch&, const float* limit, HitBatch&, void* scratch);
+};
+
+}  // namespace nif::kernels::cpu
+#endif
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "kernels/cpu/encodings/cpu_bvh.cpp"
 #include <hwy/foreach_target.h>  // must come before highway.h
@@ -51,7 +64,16 @@ void intersect_bvh(const BvhTree& tree, const SegmentBatch& batch, const float* 
   traverse_whole_to_hits(&whole, batch, limit, hits, s.ends, s.hits);
 }
 
-#ifdef NIF_DECODES  // on a web page the code is too much to download
+constexpr SimdFunctions<BvhTree> kBvhFunctions = {
+    .answer = answer_bvh,
+    .intersect = intersect_bvh,
+#ifndef NIF_WITHOUT_BENDING  // for WebAssembly, where every byte is downloaded
+    .move = move_bvh,
+    .skin = skin_in_lanes,
+#endif
+};
+
+#ifdef NIF_DECODES
 /// The trees of the kernels that a batch's parts ask.
 void find_trees(const BatchPart* from, uint32_t count, TreePart* to) {
   for (uint32_t end = 0; end != count; ++from) {
@@ -59,31 +81,20 @@ void find_trees(const BatchPart* from, uint32_t count, TreePart* to) {
     *to++ = {&static_cast<const SimdKernel<BvhTree>&>(*from->kernel).packed(), end};
   }
 }
-void answer_bvhs(const BatchPart* parts, const SegmentBatch& batch, AnswerBatch& answers, void* memory) {
+void answer_parts(const BatchPart* parts, const SegmentBatch& batch, AnswerBatch& answers, void* memory) {
   auto& s = *static_cast<BvhAnswerScratch*>(memory);
   find_trees(parts, batch.count, s.parts);
   traverse_whole(s.parts, batch, answers, s.ends, s.bvh);
 }
-void intersect_bvhs(const BatchPart* parts, const SegmentBatch& batch, const float* limit, HitBatch& hits,
-                    void* memory) {
+void intersect_parts(const BatchPart* parts, const SegmentBatch& batch, const float* limit, HitBatch& hits,
+                     void* memory) {
   auto& s = *static_cast<BvhIntersectScratch*>(memory);
   find_trees(parts, batch.count, s.parts);
   traverse_whole_to_hits(s.parts, batch, limit, hits, s.ends, s.hits);
 }
-#endif
 
-constexpr SimdFunctions<BvhTree> kBvhFunctions = {
-    .answer = answer_bvh,
-    .intersect = intersect_bvh,
-#ifdef NIF_DECODES
-    .answer_parts = answer_bvhs,
-    .intersect_parts = intersect_bvhs,
+constexpr PartFunctions kPartFunctions = {.answer = answer_parts, .intersect = intersect_parts};
 #endif
-#ifndef NIF_WITHOUT_BENDING  // for WebAssembly, where every byte is downloaded
-    .move = move_bvh,
-    .skin = skin_in_lanes,
-#endif
-};
 
 }  // namespace nif::kernels::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -93,17 +104,48 @@ HWY_AFTER_NAMESPACE();
 #include "kernels/cpu/dispatch-inl.hpp"
 
 namespace nif::kernels::cpu {
+namespace {
+
+#ifdef NIF_DECODES
+class BvhKernel final : public SimdKernel<BvhTree> {
+ public:
+  template <class Pack>
+  BvhKernel(const SimdFunctions<BvhTree>& functions, const PartFunctions& parts, const Pack& pack)
+      : SimdKernel<BvhTree>(functions, pack), parts_(parts) {}
+  const PartFunctions& part_functions() const { return parts_; }
+
+  uint32_t kind() const override { return packed().decoded.nodes.empty() ? 1 : 2; }
+  void answer_parts(const BatchPart* parts, const SegmentBatch& batch, AnswerBatch& answers,
+                    void* scratch) const override {
+    parts_.answer(parts, batch, answers, scratch);
+  }
+  void intersect_parts(const BatchPart* parts, const SegmentBatch& batch, const float* limit, HitBatch& hits,
+                       void* scratch) const override {
+    parts_.intersect(parts, batch, limit, hits, scratch);
+  }
+
+ private:
+  PartFunctions parts_;
+};
+#endif
+
+}  // namespace
 
 KernelPointer make_kernel(const TrianglesField& field, const KernelOptions& options) {
-  return hold_kernel<SimdKernel<BvhTree>>(
-      options.memory, NIF_FUNCTIONS_FOR(SimdFunctions<BvhTree>, kBvhFunctions, options.isa),
-      [&] { return tree_of(field, options); });
+  const auto& functions = NIF_FUNCTIONS_FOR(SimdFunctions<BvhTree>, kBvhFunctions, options.isa);
+  const auto tree = [&] { return tree_of(field, options); };
+#ifdef NIF_DECODES
+  return hold_kernel<BvhKernel>(options.memory, functions,
+                                NIF_FUNCTIONS_FOR(PartFunctions, kPartFunctions, options.isa), tree);
+#else  // on a web page the code is too much to download
+  return hold_kernel<SimdKernel<BvhTree> >(options.memory, functions, tree);
+#endif
 }
 
 #ifndef NIF_WITHOUT_BENDING
 KernelPointer copy_kernel(const ObjectKernel& kernel, std::pmr::memory_resource* memory) {
-  const auto& own = static_cast<const SimdKernel<BvhTree>&>(kernel);
-  return hold_kernel<SimdKernel<BvhTree>>(memory, own.functions(), [&] {
+  const auto& own = static_cast<const BvhKernel&>(kernel);
+  return hold_kernel<BvhKernel>(memory, own.functions(), own.part_functions(), [&] {
     BvhTree tree = empty_tree(own.packed().field, memory);
     tree = own.packed();
     return tree;

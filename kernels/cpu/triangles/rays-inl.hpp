@@ -131,8 +131,8 @@ HWY_NOINLINE inline void move_lanes(const BvhTree& tree, const SegmentBatch& bat
 }
 
 /// Whether any ray of a batch, from `first` to before `end`, is moved.
-HWY_INLINE bool any_far(const TrianglesField& field, const SegmentBatch& batch, uint32_t first,
-                        uint32_t end) {
+HWY_NOINLINE inline bool any_far(const TrianglesField& field, const SegmentBatch& batch, uint32_t first,
+                                 uint32_t end) {
   const Floats d;
   const auto moved_from = hn::Set(d, field.extent * kBvhMovedFrom);
   uint32_t far = 0;
@@ -148,11 +148,11 @@ HWY_INLINE bool any_far(const TrianglesField& field, const SegmentBatch& batch, 
 
 /// Goes on to the next rays of a batch of `count` that one call of make_ready() prepares: those from `first` to before `end`.
 /// `parts` becomes theirs. Returns false if there are none.
-HWY_INLINE bool take_vector(const TreePart*& parts, uint32_t count, uint32_t& first, uint32_t& end) {
+HWY_NOINLINE inline bool take_vector(const TreePart*& parts, uint32_t count, uint32_t& first, uint32_t& end) {
   if (end == count) return false;
   parts += uint32_t(end == parts->end);
   first = end;
-  end = min_of(first + kLanes, parts->end);
+  end = parts->end - first < kLanes ? parts->end : first + kLanes;
   return true;
 }
 

@@ -14,7 +14,6 @@ struct BvhTree {
     return {.decoded_triangles = decoded.bytes() + boxes.capacity() * sizeof(VertexBox)};
   }
   bool reads_nodes() const { return decoded.nodes.empty(); }
-  uint32_t kind() const { return decoded.nodes.empty() ? 1 : 2; }
 
   TrianglesField field;
   DecodedTree decoded;  ///< empty if the object is too large

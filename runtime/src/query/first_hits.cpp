@@ -57,13 +57,6 @@ void intersect_objects(const NifSceneObject& scene, const Pair* pairs, uint32_t 
   }
 }
 
-/// The ray for box tests: a box that begins beyond a proven hit cannot hold the first one.
-TraversalRay shortened_ray(const WorkArea& area, uint32_t i) {
-  TraversalRay ray(area, i);
-  ray.tmax = all_of(kernels::min_of(area.hits.high[i], area.rays.tmax[i]));
-  return ray;
-}
-
 void intersect_sole_instance(const NifSceneObject& scene, bool masked, WorkArea& area) {
   const Instance& instance = scene.instances[scene.sole];
   const PlacedObject& object = scene.objects[instance.object];
@@ -122,7 +115,7 @@ class HitStreams final : public StreamTraversal {
 
 void intersect_instances(const NifSceneObject& scene, bool masked, WorkArea& area) {
   const bool in_streams = start_in_streams(scene, masked, area);
-  const uint32_t active = in_streams ? 0 : start_rays(scene, area, near_first);
+  const uint32_t active = in_streams ? 0 : start_rays(scene, Goal::nearest, area);
   fill_hits(area.hits, area.rays.count, SceneHit());
   std::fill_n(area.hit_instance, area.rays.count, kNoInstance);
   for (uint32_t i = 0; i < area.rays.count; ++i)
@@ -130,12 +123,10 @@ void intersect_instances(const NifSceneObject& scene, bool masked, WorkArea& are
   if (in_streams) {
     HitStreams(scene, area).run();
   } else {
-    go_in_rounds(
-        scene, masked, area, active, [&](uint32_t i) { return shortened_ray(area, i); }, near_first,
-        [&](const Pair* pairs, uint32_t count) {
-          bring_to_object(scene, pairs, count, area);
-          intersect_objects(scene, pairs, count, area);
-        });
+    go_in_rounds(scene, masked, Goal::nearest, area, active, [&](const Pair* pairs, uint32_t count) {
+      bring_to_object(scene, pairs, count, area);
+      intersect_objects(scene, pairs, count, area);
+    });
   }
 }
 

@@ -3,6 +3,51 @@
 #include "query/rounds.hpp"
 
 namespace nif::runtime {
+namespace {
+
+/// The order in which a ray visits the children of nodes.
+struct Order {
+  bool nearest = false;
+  uint32_t signs = 0;  ///< of the ray's direction, bit `axis` if negative
+
+  uint32_t child_at(const Node& node, uint32_t place) const {
+    return nearest ? node.near_first[signs] >> 2 * place & 3 : place;
+  }
+  /// Of children as bits.
+  uint32_t places_of(const Node& node, uint32_t children) const {
+    if (!nearest) return children;
+    uint32_t places = 0;
+    for (uint32_t place = 0; place < kWidth; ++place)
+      places |= (children >> child_at(node, place) & 1) << place;
+    return places;
+  }
+};
+Order order_of(Goal goal, const WorkArea& area, uint32_t ray) {
+  Order order{kNearFirst && goal == Goal::nearest};
+  for (uint32_t a = 0; a < 3; ++a) order.signs |= uint32_t(area.inverse[a][ray] < 0) << a;
+  return order;
+}
+
+/// Rays that advance by turns: the next node of each is fetched meanwhile.
+constexpr uint32_t kWalkers = 8;
+struct Walker {
+  void start(Goal goal, const WorkArea& area, uint32_t i) {
+    ray = TraversalRay(area, i);
+    number = i;
+    order = order_of(goal, area, i);
+    if (goal == Goal::nearest) ray.tmax = all_of(kernels::min_of(area.hits.high[i], area.rays.tmax[i]));
+  }
+
+  TraversalRay ray;
+  uint32_t number;  ///< the ray's
+  Order order;
+  bool at_node = false;
+};
+
+/// Of what next_child() returns: neither a node nor kNoBox.
+bool is_instance(uint32_t child) { return (child & kLeaf) != 0 && child != kNoBox; }
+
+}  // namespace
 
 using kernels::Segment;
 using kernels::segment_of;
@@ -24,6 +69,59 @@ void bring_to_object(const NifSceneObject& scene, const Pair* pairs, uint32_t co
     const Segment ray = segment_of(area.rays, pairs[k].ray);
     set_segment(area.object_rays, k, instance.identity ? ray : to_object(instance.to_object, ray));
   }
+}
+
+uint32_t start_rays(const NifSceneObject& scene, Goal goal, WorkArea& area) {
+  const std::span<const Node> nodes = scene.hierarchy.nodes();
+  uint32_t active = 0;
+  for (uint32_t i = 0; i < area.rays.count; ++i) {
+    const Segment ray = segment_of(area.rays, i);
+    kernels::BoxRay prepared;
+    const bool askable = kernels::prepare_box_ray(ray, prepared);
+    area.misses[i] = (askable || ray.tmin > ray.tmax) && !scene.unproven;
+    if (!askable || nodes.empty()) continue;
+    for (int a = 0; a < 3; ++a) area.inverse[a][i] = prepared.inverse[a];
+    const uint32_t met = may_meet(nodes[0], TraversalRay(area, i));
+    area.cursors[i] = {order_of(goal, area, i).places_of(nodes[0], met), 0};
+    if (met != 0) area.active[active++] = uint16_t(i);
+  }
+  return active;
+}
+
+uint32_t advance(const NifSceneObject& scene, bool masked, Goal goal, WorkArea& area, uint32_t active) {
+  const Node* nodes = scene.hierarchy.nodes().data();
+  Walker walkers[kWalkers];
+  uint32_t pairs = 0, started = 0, walking;
+  do {
+    walking = 0;
+    for (Walker& walker : walkers) {
+      if (walker.at_node) {
+        Cursor& cursor = area.cursors[walker.number];
+        const Node& node = nodes[cursor.node];
+        cursor.trail = cursor.trail << 4 | walker.order.places_of(node, may_meet(node, walker.ray));
+      } else if (started < active) {
+        walker.start(goal, area, area.active[started++]);
+      } else {
+        continue;
+      }
+      const uint32_t i = walker.number;
+      uint32_t child;
+      do child = kernels::next_child(nodes, area.cursors[i], walker.order);
+      while (masked && is_instance(child) && !(scene.instances[child & ~kLeaf].mask & area.mask[i]));
+      walker.at_node = !(child & kLeaf);
+      if (walker.at_node) {
+        fetch(nodes[child]);
+        ++walking;
+      } else if (is_instance(child)) {
+        fetch(scene.instances[child & ~kLeaf]);
+        area.active[pairs] = uint16_t(i);
+        area.pairs[0][pairs++] = {0, child & ~kLeaf, i};
+      }
+    }
+  } while (walking > 0 || started < active);
+  for (uint32_t k = 0; k < pairs; ++k)
+    area.pairs[0][k].object = scene.instances[area.pairs[0][k].instance].object;
+  return pairs;
 }
 
 uint32_t parts_of_call(const NifSceneObject& scene, const Pair* pairs, uint32_t begin, uint32_t count,

@@ -143,7 +143,7 @@ void finish_details(const Wanted& wanted, WorkArea& area) {
 
 void answer_instances(const NifSceneObject& scene, bool masked, const Wanted& wanted, WorkArea& area) {
   const bool in_streams = start_in_streams(scene, masked, area);
-  const uint32_t active = in_streams ? 0 : start_rays(scene, area, large_first);
+  const uint32_t active = in_streams ? 0 : start_rays(scene, Goal::any, area);
   const uint32_t count = area.rays.count;
   std::fill_n(area.answers.logit, count, kernels::kCertainLogit);
   std::fill_n(area.decided, count, uint8_t{0});
@@ -159,15 +159,13 @@ void answer_instances(const NifSceneObject& scene, bool masked, const Wanted& wa
   if (in_streams) {
     VisibilityStreams(scene, wanted, area).run();
   } else {
-    go_in_rounds(
-        scene, masked, area, active, [&](uint32_t i) { return TraversalRay(area, i); }, large_first,
-        [&](const Pair* pairs, uint32_t asked) {
-          bring_to_object(scene, pairs, asked, area);
-          ask_parts(wanted, area);
-          merge_answers(scene, wanted, pairs, asked, area);
-          for (uint32_t k = 0; k < asked; ++k)
-            if (area.decided[pairs[k].ray]) area.cursors[pairs[k].ray].trail = 0;  // the ray drops out
-        });
+    go_in_rounds(scene, masked, Goal::any, area, active, [&](const Pair* pairs, uint32_t asked) {
+      bring_to_object(scene, pairs, asked, area);
+      ask_parts(wanted, area);
+      merge_answers(scene, wanted, pairs, asked, area);
+      for (uint32_t k = 0; k < asked; ++k)
+        if (area.decided[pairs[k].ray]) area.cursors[pairs[k].ray].trail = 0;  // the ray drops out
+    });
   }
   if (wanted.details) finish_details(wanted, area);
 }

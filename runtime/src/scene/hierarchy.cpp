@@ -52,10 +52,10 @@ class Builder {
     uint32_t size() const { return end - begin; }
   };
 
-  /// Twice the centre; finite even if the box is not.
+  /// Twice the centre; finite even if the box is not, or empty.
   static double twice_centre(float low, float high) {
     constexpr float kMost = std::numeric_limits<float>::max();
-    return double(std::max(low, -kMost)) + double(std::min(high, kMost));
+    return double(std::clamp(low, -kMost, kMost)) + double(std::clamp(high, -kMost, kMost));
   }
   double centre(uint32_t i, int axis) const { return twice_centre(boxes_[i].min[axis], boxes_[i].max[axis]); }
 
@@ -107,7 +107,7 @@ class Builder {
         node.max[a][lane] = inner[lane].max[a];
       }
     }
-    put_near_first(node, count);
+    if (kNearFirst) put_near_first(node);
   }
 
   /// Rays visit children in order, and stop at the first that blocks them: large children block the most
@@ -124,19 +124,20 @@ class Builder {
   }
 
   /// Children that rays of any signs meet one after the other, by the centres of their boxes.
-  static void put_near_first(Node& node, uint32_t count) {
+  static void put_near_first(Node& node) {
     for (uint32_t signs = 0; signs < 8; ++signs) {
-      std::pair<double, uint32_t> along[kWidth];
-      for (uint32_t lane = 0; lane < kWidth; ++lane) {
-        along[lane] = {lane < count ? 0 : std::numeric_limits<double>::infinity(), lane};
-        for (int a = 0; a < 3 && lane < count; ++a) {
+      double along[kWidth] = {};
+      for (uint32_t lane = 0; lane < kWidth; ++lane)
+        for (int a = 0; a < 3; ++a) {
           const double centre = twice_centre(node.min[a][lane], node.max[a][lane]);
-          along[lane].first += signs >> a & 1 ? -centre : centre;
+          along[lane] += signs >> a & 1 ? -centre : centre;
         }
+      for (uint32_t lane = 0; lane < kWidth; ++lane) {
+        uint32_t place = 0;
+        for (uint32_t i = 0; i < kWidth; ++i)
+          place += i < lane ? along[i] <= along[lane] : along[i] < along[lane];
+        node.near_first[signs] |= uint8_t(lane << 2 * place);
       }
-      std::sort(along, along + kWidth);
-      for (uint32_t place = 0; place < kWidth; ++place)
-        node.near_first[signs] |= uint8_t(along[place].second << 2 * place);
     }
   }
 

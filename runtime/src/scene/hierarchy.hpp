@@ -19,6 +19,12 @@ inline constexpr uint32_t kWidth = kernels::kTopWidth, kLeaf = kernels::kTopLeaf
 /// Most nodes on a path from the root: a traversal keeps 4 bits for each in a 64-bit word.
 inline constexpr uint32_t kMaxLevels = 16;
 inline constexpr uint32_t kMaxInstances = kLeaf - 1;
+/// Whether nodes say which children are near. On a web page the code is too much to download.
+#ifdef __wasm__
+inline constexpr bool kNearFirst = false;
+#else
+inline constexpr bool kNearFirst = true;
+#endif
 
 class Hierarchy {
  public:

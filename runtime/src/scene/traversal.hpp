@@ -41,9 +41,4 @@ inline uint32_t may_meet(const Node& node, const TraversalRay& ray) {
                               min_of(max_of(last, all_of(-kernels::kMostT)), ray.tmax));
 }
 
-template <class Order>
-Cursor start(const Node* nodes, const TraversalRay& ray, const Order& order) {
-  return {order.places_of(nodes[0], may_meet(nodes[0], ray)), 0};
-}
-
 }  // namespace nif::runtime
