@@ -10,9 +10,10 @@
 #                              itself, and the runtime alone; NEON's kernels, emulated; the runtime's threads under the sanitizer,
 #                              for an hour, and kernels of each instruction set; those, slow tests, the readers of meshes, the
 #                              baker, the tools, the renderer and CGAL under the other sanitizers; hundreds of kills; 10^7
-#                              segments of each mesh; the same bytes by clang++ and by code that is not optimised; a release candidate made twice; bindings
-#                              in a browser, in Blender, under Wine; what tests and fuzzers reach; then fuzzes and bakes random
-#                              meshes for so many hours (8), going on from the last time; see tests/nightly.sh
+#                              segments of each mesh; 10^8 rays by shaders; the same bytes by clang++ and by code that is not
+#                              optimised; a release candidate made twice; bindings in a browser, in Blender, under Wine; what tests
+#                              and fuzzers reach; then fuzzes and bakes random meshes for so many hours (8), going on from the last
+#                              time; see tests/nightly.sh
 #
 # Long tests, those above 3 seconds (tests/costs.py), have ctest's label `long`; those that take long and of which others ask the
 # same in short have `nightly`, and run there. Those that take long under the sanitizers only, mostly because they train, have
@@ -207,13 +208,16 @@ host_test() {
 }
 saying_to() { "${@:2}" 2>&1 | tee "$1"; }
 
-# many_segments: proofs, exact objects and first hits on real meshes, proofs on generated ones, and GPU kernels on each ray set.
+# many_segments: proofs, exact objects and first hits on real meshes, proofs on generated ones, GPU kernels on each ray set, and
+# 10^8 rays of them all by shaders, where Vulkan is installed.
 many_segments() (
   export NIF_TEST_LARGEST=1 NIF_TEST_SEGMENTS=10000000
   build/release/bin/truth_test --gtest_filter='*OnRealMeshes.*:*OfRealMeshes.*:*.IsNeverWrongOnMillions/*' \
     && build/release/bin/exact_object_test --gtest_filter='*OnRealMeshes.*' \
     && build/release/bin/cli_test --gtest_filter='RealMeshes.*' \
-    && NIF_TEST_SEGMENTS=1000000 build/release/bin/gpu_sets_test
+    && NIF_TEST_SEGMENTS=1000000 build/release/bin/gpu_sets_test || return
+  [[ ! -x build/release/bin/shader_sets_test ]] \
+    || NIF_TEST_SEGMENTS=20000000 build/release/bin/shader_sets_test --gtest_filter='*.*AnsweredAsByTheCpu'
 )
 
 needed=(build check gpu shader)
