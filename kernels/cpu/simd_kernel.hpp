@@ -19,6 +19,12 @@ struct SimdFunctions {
                float (*to)[4]) = nullptr;
 };
 
+/// Those for batches in parts, of kernels that have a kind.
+struct PartFunctions {
+  void (*answer)(const BatchPart*, const SegmentBatch&, AnswerBatch&, void* scratch);
+  void (*intersect)(const BatchPart*, const SegmentBatch&, const float* limit, HitBatch&, void* scratch);
+};
+
 /// Packed: may have `built_bytes()` and `reads_field`, which mean what ObjectKernel's do.
 template <class Packed>
 class SimdKernel : public ObjectKernel {

@@ -9,19 +9,6 @@
 
 #include "kernels/cpu/targets.hpp"
 
-#ifndef NIF_CPU_BVH_ONCE
-#define NIF_CPU_BVH_ONCE
-namespace nif::kernels::cpu {
-
-/// The functions of an ObjectKernel for batches in parts.
-struct PartFunctions {
-  void (*answer)(const BatchPart*, const SegmentBatch&, AnswerBatch&, void* scratch);
-  void (*intersect)(const BatchPart*, const SegmentBatch&, const float* limit, HitBatch&, void* scratch);
-};
-
-}  // namespace nif::kernels::cpu
-#endif
-
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "kernels/cpu/encodings/cpu_bvh.cpp"
 #include <hwy/foreach_target.h>  // must come before highway.h
