@@ -1,5 +1,5 @@
-// Transforms rays to object space, and sorts pairs of ray and instance by object: by a radix sort, byte by
-// byte, which allocates nothing. The rounds themselves are templates, in the header.
+// Takes rays down the hierarchy, several by turns; transforms them to object space; and sorts pairs of ray and instance by
+// object: by a radix sort, byte by byte, which allocates nothing.
 #include "query/rounds.hpp"
 
 namespace nif::runtime {

@@ -40,14 +40,14 @@ struct alignas(64) WorkArea {
   // In streams:
   kernels::cpu::RayStream streams[kStreamLevels];
   uint32_t narrowed[kStreamLevels][kBatchRoom];  ///< [level][entry] its number a level above
+  uint32_t entries[kBatchRoom];                  ///< [object_rays] its number in the stream
   // In rounds:
   float inverse[3][kBatchRoom];  ///< BoxRay
   Cursor cursors[kBatchRoom];
-  uint16_t active[kBatchRoom];  ///< undecided rays
+  uint16_t active[kBatchRoom];           ///< undecided rays
+  kernels::BatchPart parts[kBatchRays];  ///< of object_rays
   // In both:
   Pair pairs[2][kBatchRoom];
-  kernels::BatchPart parts[kBatchRays];  ///< of object_rays
-  uint32_t entries[kBatchRoom];          ///< [object_rays] its number in the stream, or in the batch
   kernels::CombinedAnswer combined[kBatchRoom];
 
   // Rays in one object's space, and its answers.
