@@ -13,15 +13,10 @@ struct Cursor {
   uint32_t node;
 };
 
-/// Visits children as a node has them: large ones, which block the most rays, come first.
-struct LargeFirst {
-  static NIF_HOST_DEVICE uint32_t child_at(const TopNode&, uint32_t place) { return place; }
-};
-
-/// Takes the next child from a cursor: an instance with kTopLeaf, or a node, to which the cursor goes. Returns kNoBox after
-/// the last.
-template <class Order = LargeFirst>
-NIF_HOST_DEVICE inline uint32_t next_child(const TopNode* nodes, Cursor& cursor, const Order& order = {}) {
+/// Takes the next child from a cursor, whose places are those of an order: an instance with kTopLeaf, or a node, to which the
+/// cursor goes. Returns kNoBox after the last.
+template <class Order>
+inline uint32_t next_child(const TopNode* nodes, Cursor& cursor, const Order& order) {
   while ((cursor.trail & 15) == 0) {
     if (cursor.trail == 0) return kNoBox;
     cursor.trail >>= 4;
@@ -35,15 +30,29 @@ NIF_HOST_DEVICE inline uint32_t next_child(const TopNode* nodes, Cursor& cursor,
 }
 
 /// The next instance whose box the ray may meet, or kNoBox after the last. may_meet(node) returns the
-/// children of a node that the ray may meet, as bits; a ray starts with those of the root.
+/// children of a node that the ray may meet, as bits; a ray starts with those of the root. For GPUs, where what next_child()
+/// does takes registers.
 template <class MayMeet>
 NIF_HOST_DEVICE inline uint32_t next_instance(const TopNode* nodes, Cursor& cursor, const MayMeet& may_meet) {
-  while (true) {
-    const uint32_t child = next_child(nodes, cursor);
-    if (child == kNoBox) return kNoBox;
-    if (child & kTopLeaf) return child & ~kTopLeaf;
-    cursor.trail = cursor.trail << 4 | may_meet(nodes[child]);
+  uint64_t trail = cursor.trail;
+  uint32_t at = cursor.node;
+  while (trail != 0) {
+    if ((trail & 15) == 0) {
+      trail >>= 4;
+      at = nodes[at].parent / kTopWidth;
+      continue;
+    }
+    const uint32_t child = nodes[at].child[lowest_bit(trail)];
+    trail &= trail - 1;
+    if (child & kTopLeaf) {
+      cursor = {trail, at};
+      return child & ~kTopLeaf;
+    }
+    at = child;
+    trail = trail << 4 | may_meet(nodes[at]);
   }
+  cursor = {0, at};
+  return kNoBox;
 }
 
 /// The box of a node's child.
