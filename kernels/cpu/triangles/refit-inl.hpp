@@ -73,11 +73,30 @@ HWY_INLINE void set_planes(const float (*boxes)[4], float (*planes)[kBvhWidth]) 
   }
 }
 
+/// Of a hundred instances none is in the cache. Nodes are fetched some steps before their turn, and their leaves once
+/// they have come.
+HWY_INLINE void fetch_ahead(DecodedTree& tree, size_t number) {
+  constexpr size_t kNodesAhead = 8, kLeavesAhead = 4, kLine = 64;
+  if (number >= kNodesAhead)
+    for (size_t byte = 0; byte < sizeof(DecodedNode); byte += kLine)
+      __builtin_prefetch(reinterpret_cast<char*>(&tree.nodes[number - kNodesAhead]) + byte, 1);
+  if (number < kLeavesAhead) return;
+  const DecodedNode& node = tree.nodes[number - kLeavesAhead];
+  const uint32_t inner = node.order[0] >> 24;
+  for (uint32_t slot = 0; slot < kBvhWidth && node.low[0][slot] <= node.high[0][slot]; ++slot) {
+    if ((inner >> slot & 1) != 0) continue;
+    for (size_t byte = 0; byte < sizeof(DecodedLeaf); byte += kLine)
+      __builtin_prefetch(
+          reinterpret_cast<char*>(&tree.leaves[node.children[slot] / kBvhLeafTriangles]) + byte, 1);
+  }
+}
+
 HWY_NOINLINE inline void move_decoded(const MovedTriangles& moved, DecodedTree& tree, VertexBox* boxes) {
   const OneVertex d;
   const VectorBox empty{hn::Set(d, std::numeric_limits<float>::infinity()),
                         hn::Set(d, -std::numeric_limits<float>::infinity())};
   for (size_t number = tree.nodes.size(); number-- > 0;) {
+    fetch_ahead(tree, number);
     DecodedNode& node = tree.nodes[number];
     const uint32_t inner = node.order[0] >> 24;
     alignas(16) float low[kBvhWidth][4], high[kBvhWidth][4];
