@@ -44,6 +44,7 @@ done
 for cast in knight figure; do
   samples/characters/run.sh "$cast" --every 60 | sed '/^Pictures: /d' >"$out/sample-$cast.txt"
 done
+samples/characters/run.sh knight --count 100 --every 1000 | sed '/^Pictures: /d' >"$out/sample-hundred.txt"
 
 # The knight walks through the town, at four moments of a step.
 "$nif" bake "$games/town/town_model.gltf" -o "$out/town.nif" --rays 0 --quiet
