@@ -253,7 +253,7 @@ if [[ $size == nightly ]]; then
   host_test 'a page with WebGPU' samples/webgpu/test.sh
   host_test 'a page with PlayCanvas' samples/playcanvas/test.sh
   if step 'build cases of shaders' build_part release shader_cases; then
-    host_test 'WGSL by two compilers' tests/shader/wgsl/run.sh 1000000
+    host_test 'WGSL by two compilers' tests/shader/wgsl/run.sh 5000000
   fi
   host_test 'shadow rays of Cycles' samples/cycles/test.sh
   host_test 'Windows' tests/windows/run.sh

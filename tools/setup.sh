@@ -78,7 +78,7 @@ python  python3-venv          bindings/python: tests, in their own environment
 python  python3-pytest        bindings/python: tests
 python  python3-mypy          bindings/python: tests of its types
 shader  glslang-tools         tests/shader: compiles kernels/shader; samples/vulkan: the same
-shader  spirv-cross           tests/shader: makes HLSL of it
+shader  spirv-cross           tests/shader: makes OpenGL ES of it
 shader  spirv-tools           tests/shader: validates what it compiles to
 shader  libvulkan-dev         tests/shader: runs it; samples/vulkan: the same
 shader  mesa-vulkan-drivers   tests/shader: a Vulkan device that is the CPU (lavapipe)

@@ -48,6 +48,9 @@ layout(std430, set = NIF_SET, binding = NIF_BINDING) readonly buffer NifTables {
 #ifndef NIF_NETWORK_WORDS
 #define NIF_NETWORK_WORDS 12  // room for a network's inputs, in words of 4: enough for all that `nif bake` makes
 #endif
+#ifndef NIF_DOT4  // (a, b): the sum of products of four signed bytes each, an int. Your device may have an instruction for it
+#define NIF_DOT4(a, b) nif_dot(a, b)
+#endif
 #endif
 
 struct NifAnswer {
@@ -69,6 +72,7 @@ struct NifHit {
   uint triangle;  // as in NifHits, or NIF_NONE
   float u;        // the hit is at (1 - u - v) * first corner + u * second + v * third
   float v;
+  vec3 color;     // of the surface there, linear; 0.5 if the object has no colours
   uint instance;  // of a scene
 };
 #endif
@@ -462,6 +466,7 @@ bool nif_next() {
 #if NIF_NETWORK
 // ---- The network
 
+// No input is above 127.
 int nif_dot(uint weights, uint inputs) {
   return nif_byte(weights, 0u) * int(inputs & 255u) + nif_byte(weights, 1u) * int((inputs >> 8) & 255u) +
          nif_byte(weights, 2u) * int((inputs >> 16) & 255u) + nif_byte(weights, 3u) * int(inputs >> 24);
@@ -472,7 +477,7 @@ int nif_neuron(uint row, uint words) {
   int sum = int(NIF_WORD(row));
   for (uint k = 0u; k < uint(NIF_NETWORK_WORDS); ++k) {
     if (k < words) {
-      sum += nif_dot(NIF_WORD(row + 1u + k), nif_input[k]);
+      sum += NIF_DOT4(NIF_WORD(row + 1u + k), nif_input[k]);
     }
   }
   return sum;
@@ -507,7 +512,7 @@ int nif_evaluate() {
       uint four = 0u;
       for (uint k = 0u; k < 4u; ++k) {
         int sum = nif_neuron(row, words) + ((1 << shift) >> 1);
-        four |= uint(clamp(sum >> shift, 0, 127)) << (8u * k);
+        four |= min(uint(max(sum, 0)) >> shift, 127u) << (8u * k);
         row += words + 1u;
       }
       for (uint k = 0u; k < uint(NIF_NETWORK_WORDS); ++k) {
@@ -621,7 +626,7 @@ float nif_others_low;           // none of the others is met before
 
 float nif_least(vec3 v) { return nif_smaller(v.z, nif_smaller(v.y, v.x)); }
 float nif_most(vec3 v) { return nif_larger(v.z, nif_larger(v.y, v.x)); }
-vec3 nif_turn(vec3 v) { return nif_steep == 2u ? v : (nif_steep == 0u ? v.yzx : v.zxy); }
+vec3 nif_turn(vec3 v) { return nif_steep == 2u ? v : (nif_steep == 0u ? vec3(v.y, v.z, v.x) : vec3(v.z, v.x, v.y)); }
 
 // Prepares a ray for the object's triangles. Returns false if it meets none, without a look at them. `moved`: the sum of
 // magnitudes from which an instance's transform has made the origin, or negative.
@@ -1083,9 +1088,64 @@ vec3 nif_unit(vec3 v) {
   return unit;
 }
 
+#if NIF_PLANES
+// The packed colour of a voxel; NIF_NONE if it has none.
+uint nif_packed_color(ivec3 voxel) {
+  uvec3 voxels = uvec3(nif_header(10u), nif_header(11u), nif_header(12u));
+  uvec3 at = uvec3(voxel);  // a negative one becomes large
+  if (at.x >= voxels.x || at.y >= voxels.y || at.z >= voxels.z) {
+    return NIF_NONE;
+  }
+  uvec3 bricks = voxels / 4u + 1u;
+  uvec3 brick = at / 4u;
+  uint number = brick.x + bricks.x * (brick.y + bricks.y * brick.z);
+  uint entry = (NIF_WORD(nif_object + nif_header(60u) + (number >> 1)) >> (16u * (number & 1u))) & 0xffffu;
+  if (entry < 3u) {
+    return NIF_NONE;  // a brick without surface
+  }
+  uint record = nif_object + nif_header(61u) + 3u * (entry - 3u);
+  uint bit = (at.x & 3u) | ((at.y & 3u) << 2) | ((at.z & 3u) << 4);
+  uint mask = NIF_WORD(record + 1u + (bit >> 5));
+  uint mark = 1u << (bit & 31u);
+  uint before = (bit >> 5) != 0u ? uint(bitCount(NIF_WORD(record + 1u))) : 0u;
+  uint i = NIF_WORD(record) + before + uint(bitCount(mask & (mark - 1u)));
+  uint word = (mask & mark) != 0u ? NIF_WORD(nif_object + nif_header(62u) + (i >> 1)) : 0u;
+  return (mask & mark) != 0u ? (word >> (16u * (i & 1u))) & 0xffffu : NIF_NONE;
+}
+
+// The colour of the surface at a point in object space: of its voxel, or of the nearest one around that.
+vec3 nif_color_at(vec3 place) {
+  if (nif_header(62u) == 0u) {
+    return vec3(0.5);
+  }
+  precise vec3 at = (place - nif_vector(nif_object + 4u)) * nif_number(7u) * nif_number(8u);
+  ivec3 middle;
+  for (int a = 0; a < 3; ++a) {
+    middle[a] = nif_to_index(at[a], int(nif_header(10u + uint(a))) - 1);
+  }
+  uint color = nif_packed_color(middle);
+  float nearest = color != NIF_NONE ? 0.0 : nif_infinity();
+  for (int i = 0; i < 27 && nearest > 0.0; ++i) {
+    ivec3 voxel = middle + ivec3(i % 3, (i / 3) % 3, i / 9) - 1;
+    precise vec3 below = vec3(voxel) - at;
+    precise vec3 above = at - vec3(voxel + 1);
+    vec3 off = max(max(below, above), vec3(0.0));
+    float square = nif_product(off, off);
+    uint other = nif_packed_color(voxel);
+    if (other != NIF_NONE && square < nearest) {
+      color = other;
+      nearest = square;
+    }
+  }
+  precise vec3 steps = vec3(float((color >> 11) & 31u), float((color >> 5) & 63u), float(color & 31u)) / vec3(31.0, 63.0, 31.0);
+  precise vec3 light = steps * steps;
+  return color != NIF_NONE ? light : vec3(0.5);
+}
+#endif
+
 // What has been found.
 NifHit nif_take_hit(vec3 direction) {
-  NifHit hit = NifHit(false, !nif_doubtful, nif_infinity(), vec3(0.0), NIF_NONE, 0.0, 0.0, NIF_NONE);
+  NifHit hit = NifHit(false, !nif_doubtful, nif_infinity(), vec3(0.0), NIF_NONE, 0.0, 0.0, vec3(0.0), NIF_NONE);
   if (nif_hit_triangle == NIF_NONE) {
     return hit;
   }
@@ -1100,6 +1160,11 @@ NifHit nif_take_hit(vec3 direction) {
   vec3 p = nif_vector(vertices + 3u * (nif_hit_corners & 255u));
   precise vec3 edge_1 = nif_vector(vertices + 3u * ((nif_hit_corners >> 8) & 255u)) - p;
   precise vec3 edge_2 = nif_vector(vertices + 3u * ((nif_hit_corners >> 16) & 255u)) - p;
+  hit.color = vec3(0.5);
+#if NIF_PLANES
+  precise vec3 place = p + hit.u * edge_1 + hit.v * edge_2;
+  hit.color = nif_color_at(place);
+#endif
   vec3 way_1 = nif_unit(edge_1);
   vec3 way_2 = nif_unit(edge_2);
   precise vec3 normal = way_1.yzx * way_2.zxy - way_1.zxy * way_2.yzx;

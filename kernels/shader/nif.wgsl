@@ -29,6 +29,7 @@ struct NifHit {
   triangle : u32,  // as in NifHits, or NIF_NONE
   u : f32,  // the hit is at (1 - u - v) * first corner + u * second + v * third
   v : f32,
+  color : vec3<f32>,  // of the surface there, linear; 0.5 if the object has no colours
   instance : u32,  // of a scene
 }
 // #endif
@@ -419,6 +420,7 @@ fn nif_next() -> bool {
 // #if NIF_NETWORK
 // ---- The network
 
+// No input is above 127.
 fn nif_dot(weights : u32, inputs : u32) -> i32 {
   return nif_byte(weights, 0u) * i32(inputs & 255u) + nif_byte(weights, 1u) * i32((inputs >> 8) & 255u) + nif_byte(weights, 2u) * i32((inputs >> 16) & 255u) + nif_byte(weights, 3u) * i32(inputs >> 24);
 }
@@ -461,7 +463,7 @@ fn nif_evaluate() -> i32 {
       var four : u32 = 0u;
       for (var k : u32 = 0u; k < 4u; k++) {
         let sum : i32 = nif_neuron(row, words) + ((1 << shift) >> 1);
-        four |= u32(clamp(sum >> shift, 0, 127)) << (8u * k);
+        four |= min(u32(max(sum, 0)) >> shift, 127u) << (8u * k);
         row += words + 1u;
       }
       for (var k : u32 = 0u; k < u32(NIF_NETWORK_WORDS); k++) {
@@ -573,7 +575,7 @@ var<private> nif_others_low : f32;  // none of the others is met before
 
 fn nif_least(v : vec3<f32>) -> f32 { return nif_smaller(v.z, nif_smaller(v.y, v.x)); }
 fn nif_most(v : vec3<f32>) -> f32 { return nif_larger(v.z, nif_larger(v.y, v.x)); }
-fn nif_turn(v : vec3<f32>) -> vec3<f32> { return select((select(v.zxy, v.yzx, nif_steep == 0u)), v, nif_steep == 2u); }
+fn nif_turn(v : vec3<f32>) -> vec3<f32> { return select((select(vec3<f32>(v.z, v.x, v.y), vec3<f32>(v.y, v.z, v.x), nif_steep == 0u)), v, nif_steep == 2u); }
 
 // Prepares a ray for the object's triangles. Returns false if it meets none, without a look at them. `moved`: the sum of
 // magnitudes from which an instance's transform has made the origin, or negative.
@@ -1032,9 +1034,64 @@ fn nif_unit(v : vec3<f32>) -> vec3<f32> {
   return unit;
 }
 
+// #if NIF_PLANES
+// The packed colour of a voxel; NIF_NONE if it has none.
+fn nif_packed_color(voxel : vec3<i32>) -> u32 {
+  let voxels : vec3<u32> = vec3<u32>(nif_header(10u), nif_header(11u), nif_header(12u));
+  let at : vec3<u32> = vec3<u32>(voxel);  // a negative one becomes large
+  if (at.x >= voxels.x || at.y >= voxels.y || at.z >= voxels.z) {
+    return NIF_NONE;
+  }
+  let bricks : vec3<u32> = voxels / 4u + 1u;
+  let brick : vec3<u32> = at / 4u;
+  let number : u32 = brick.x + bricks.x * (brick.y + bricks.y * brick.z);
+  let entry : u32 = (nif_word(nif_object + nif_header(60u) + (number >> 1)) >> (16u * (number & 1u))) & 0xffffu;
+  if (entry < 3u) {
+    return NIF_NONE;  // a brick without surface
+  }
+  let record : u32 = nif_object + nif_header(61u) + 3u * (entry - 3u);
+  let bit : u32 = (at.x & 3u) | ((at.y & 3u) << 2) | ((at.z & 3u) << 4);
+  let mask : u32 = nif_word(record + 1u + (bit >> 5));
+  let mark : u32 = 1u << (bit & 31u);
+  let before : u32 = select(0u, u32(countOneBits(nif_word(record + 1u))), (bit >> 5) != 0u);
+  let i : u32 = nif_word(record) + before + u32(countOneBits(mask & (mark - 1u)));
+  let word : u32 = select(0u, nif_word(nif_object + nif_header(62u) + (i >> 1)), (mask & mark) != 0u);
+  return select(NIF_NONE, (word >> (16u * (i & 1u))) & 0xffffu, (mask & mark) != 0u);
+}
+
+// The colour of the surface at a point in object space: of its voxel, or of the nearest one around that.
+fn nif_color_at(place : vec3<f32>) -> vec3<f32> {
+  if (nif_header(62u) == 0u) {
+    return vec3<f32>(0.5);
+  }
+  let at : vec3<f32> = (place - nif_vector(nif_object + 4u)) * nif_number(7u) * nif_number(8u);
+  var middle : vec3<i32>;
+  for (var a : i32 = 0; a < 3; a++) {
+    middle[a] = nif_to_index(at[a], i32(nif_header(10u + u32(a))) - 1);
+  }
+  var color : u32 = nif_packed_color(middle);
+  var nearest : f32 = select(nif_infinity(), 0.0, color != NIF_NONE);
+  for (var i : i32 = 0; i < 27 && nearest > 0.0; i++) {
+    let voxel : vec3<i32> = middle + vec3<i32>(i % 3, (i / 3) % 3, i / 9) - 1;
+    let below : vec3<f32> = vec3<f32>(voxel) - at;
+    let above : vec3<f32> = at - vec3<f32>(voxel + 1);
+    let off : vec3<f32> = max(max(below, above), vec3<f32>(0.0));
+    let square : f32 = nif_product(off, off);
+    let other : u32 = nif_packed_color(voxel);
+    if (other != NIF_NONE && square < nearest) {
+      color = other;
+      nearest = square;
+    }
+  }
+  let steps : vec3<f32> = vec3<f32>(f32((color >> 11) & 31u), f32((color >> 5) & 63u), f32(color & 31u)) / vec3<f32>(31.0, 63.0, 31.0);
+  let light : vec3<f32> = steps * steps;
+  return select(vec3<f32>(0.5), light, color != NIF_NONE);
+}
+// #endif
+
 // What has been found.
 fn nif_take_hit(direction : vec3<f32>) -> NifHit {
-  var hit : NifHit = NifHit(false, !nif_doubtful, nif_infinity(), vec3<f32>(0.0), NIF_NONE, 0.0, 0.0, NIF_NONE);
+  var hit : NifHit = NifHit(false, !nif_doubtful, nif_infinity(), vec3<f32>(0.0), NIF_NONE, 0.0, 0.0, vec3<f32>(0.0), NIF_NONE);
   if (nif_hit_triangle == NIF_NONE) {
     return hit;
   }
@@ -1049,6 +1106,11 @@ fn nif_take_hit(direction : vec3<f32>) -> NifHit {
   let p : vec3<f32> = nif_vector(vertices + 3u * (nif_hit_corners & 255u));
   let edge_1 : vec3<f32> = nif_vector(vertices + 3u * ((nif_hit_corners >> 8) & 255u)) - p;
   let edge_2 : vec3<f32> = nif_vector(vertices + 3u * ((nif_hit_corners >> 16) & 255u)) - p;
+  hit.color = vec3<f32>(0.5);
+// #if NIF_PLANES
+  let place : vec3<f32> = p + hit.u * edge_1 + hit.v * edge_2;
+  hit.color = nif_color_at(place);
+// #endif
   let way_1 : vec3<f32> = nif_unit(edge_1);
   let way_2 : vec3<f32> = nif_unit(edge_2);
   var normal : vec3<f32> = way_1.yzx * way_2.zxy - way_1.zxy * way_2.yzx;

@@ -22,6 +22,7 @@ static_assert(kEmptyVoxel == 14 && kLink == 15 && kMaxCells == 1024 && kMaxLevel
 static_assert(kMinDirection == 0x1p-60f && kMaxDirection == 0x1p+60f && kFlatDirection == 0x1p-40f);
 static_assert(kEstimateSlack == 1.0f / 32 && kTopHeight == 127 && kNormalSum == 62 && kPlaneOffsets == 256);
 static_assert(kMaxBvhCoordinate == 0x1p61f && kBvhFarthest == 0x1p32f && kBvhFlattest == 0x1p-30f);
+static_assert(kFirstMixedBrick == 3);
 static_assert(kMaxLayers == 4 && kGlobalInputs == 8 && sizeof(CornerBrick) == 24);
 
 using Words = std::pmr::vector<uint32_t>;
@@ -88,6 +89,35 @@ void append_triangles(Words& words, const TrianglesField& field, const SourceTri
   words.push_back(0);  // a shader reads the word behind a number, too
 }
 
+/// Appends a table of halves of words.
+void append_halves(Words& words, const uint16_t* halves, uint64_t count) {
+  for (uint64_t i = 0; i < count; i += 2)
+    words.push_back(halves[i] | (i + 1 < count ? uint32_t(halves[i + 1]) << 16 : 0u));
+}
+
+uint64_t bricks_of(const PlanesField& field) {
+  return uint64_t{field.bricks[0]} * field.bricks[1] * field.bricks[2];
+}
+
+void append_colors(Words& words, const VoxelColors& colors) {
+  if (colors.values == nullptr) return;
+  const PlanesField& grid = *colors.grid;
+  words[kColorBricks] = uint32_t(words.size());
+  append_halves(words, grid.brick_table, bricks_of(grid));
+  words[kColorRecords] = uint32_t(words.size());
+  for (uint32_t i = 0; i < grid.mixed_bricks; ++i) {
+    const uint64_t surface = grid.brick_states[i].surface & ~grid.brick_states[i].aux;
+    words.insert(words.end(), {grid.voxel_base[i], uint32_t(surface), uint32_t(surface >> 32)});
+  }
+  words[kColors] = uint32_t(words.size());
+  append_halves(words, colors.values, grid.surface_voxels);
+}
+uint64_t count_color_words(const VoxelColors& colors) {
+  if (colors.values == nullptr) return 0;
+  const PlanesField& grid = *colors.grid;
+  return (bricks_of(grid) + 1) / 2 + uint64_t{3} * grid.mixed_bricks + (grid.surface_voxels + 1) / 2;
+}
+
 /// A word of a row of weights from bytes.
 uint32_t word_of(int8_t a, int8_t b, int8_t c, int8_t d) {
   return uint32_t(uint8_t(a)) | uint32_t(uint8_t(b)) << 8 | uint32_t(uint8_t(c)) << 16 |
@@ -132,8 +162,9 @@ uint64_t count_words(const TrianglesField& field, const SourceTriangles& source)
   return kHeaderWords + count_tree_words(field) + uint64_t{3} * field.vertex_count + numbers;
 }
 
-uint64_t count_words(const ExactField& field, const SourceTriangles& source) {
-  return count_words(field.planes) + count_words(field.triangles, source) - kHeaderWords;
+uint64_t count_words(const ExactField& field, const HitDetails& details) {
+  return count_words(field.planes) + count_words(field.triangles, details.source_triangles) - kHeaderWords +
+         count_color_words(details.colors);
 }
 
 Words make_tables(const PlanesField& field, const About& about, std::pmr::memory_resource* memory) {
@@ -154,9 +185,7 @@ Words make_tables(const SegmentField& field, const About& about, std::pmr::memor
     words.insert(words.end(), std::begin(brick.layer), std::end(brick.layer));
   }
   words[kPairs] = uint32_t(words.size());
-  for (size_t i = 0; i < corners.pairs.size(); i += 2)
-    words.push_back(corners.pairs[i] |
-                    (i + 1 < corners.pairs.size() ? uint32_t(corners.pairs[i + 1]) << 16 : 0u));
+  append_halves(words, corners.pairs.data(), corners.pairs.size());
 
   const Network& network = field.network;
   words[kSamples] = field.samples;
@@ -184,10 +213,11 @@ Words make_tables(const TrianglesField& field, const SourceTriangles& source, co
   return words;
 }
 
-Words make_tables(const ExactField& field, const SourceTriangles& source, const About& about,
+Words make_tables(const ExactField& field, const HitDetails& details, const About& about,
                   std::pmr::memory_resource* memory) {
   Words words = start(field.planes, about, memory);
-  append_triangles(words, field.triangles, source);
+  append_triangles(words, field.triangles, details.source_triangles);
+  append_colors(words, details.colors);
   finish(words);
   return words;
 }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "kernels/reference/encodings/reference_exact.hpp"
+#include "kernels/reference/hit_details.hpp"
 #include "kernels/reference/network/network_field.hpp"
 #include "kernels/reference/planes/planes_field.hpp"
 #include "kernels/reference/triangles/source_triangles.hpp"
@@ -60,7 +61,10 @@ enum HeaderWord : uint32_t {
   kSourceBits = 52,     ///< of each such number; 0: there are none
   kExtent = 53,         ///< float: no coordinate of a triangle is larger
   kTreeCorner = 54,     ///< [3] float
-  kTreeStep = 57        ///< [3] float
+  kTreeStep = 57,       ///< [3] float
+  kColorBricks = 60,    ///< table: two entries of PlanesField::brick_table a word
+  kColorRecords = 61,   ///< table: of each mixed brick its voxel_base, and which of its voxels have colours
+  kColors = 62          ///< table: two VoxelColors::values a word; 0: there are none
 };
 
 /// The first word of a scene: "NIFC" in memory.
@@ -113,12 +117,12 @@ std::pmr::vector<uint32_t> make_tables(const SegmentField& field, const About& a
 /// How many words the tables of an object have, without making them.
 uint64_t count_words(const PlanesField& field);
 uint64_t count_words(const TrianglesField& field, const SourceTriangles& source);
-uint64_t count_words(const ExactField& field, const SourceTriangles& source);
+uint64_t count_words(const ExactField& field, const HitDetails& details);
 
-/// `source`: as the object has them, or empty.
+/// `source`, `details`: as the object has them, or empty.
 std::pmr::vector<uint32_t> make_tables(const TrianglesField& field, const SourceTriangles& source,
                                        const About& about, std::pmr::memory_resource* memory);
-std::pmr::vector<uint32_t> make_tables(const ExactField& field, const SourceTriangles& source,
-                                       const About& about, std::pmr::memory_resource* memory);
+std::pmr::vector<uint32_t> make_tables(const ExactField& field, const HitDetails& details, const About& about,
+                                       std::pmr::memory_resource* memory);
 
 }  // namespace nif::kernels::shader

@@ -40,10 +40,12 @@ TEST_F(ExportShader, WritesTheTextAndTheWords) {
   const std::string asset = write_asset({.objects = 1, .instances = 2, .bvhs = 1, .features = 2});
   const Outcome outcome = nif({"export-shader", asset, "-o", folder(), "--whole"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
-  ASSERT_EQ(lines_of(outcome.out).size(), 6u) << outcome.out;
-  EXPECT_EQ(lines_of(outcome.out)[5],
+  ASSERT_EQ(lines_of(outcome.out).size(), 8u) << outcome.out;
+  EXPECT_EQ(lines_of(outcome.out)[7],
             "sections of the functions: planes, network, triangles, scenes, first hits");
   EXPECT_EQ(read("nif.glsl"), nifkit::shader_source(NIF_SHADER_GLSL));
+  EXPECT_EQ(read("nif.hlsl"), nifkit::shader_source(NIF_SHADER_HLSL));
+  EXPECT_EQ(read("nif.metal"), nifkit::shader_source(NIF_SHADER_METAL));
   EXPECT_EQ(read("nif.wgsl"), nifkit::shader_source(NIF_SHADER_WGSL));
   const auto loaded = nifkit::Asset::load(nifkit::Device("shaders=on"), asset);
   EXPECT_EQ(read("it.object-0.words"), bytes_of(loaded.shader_tables(0)));
@@ -75,7 +77,7 @@ TEST_F(ExportShader, WritesOnlyTheSectionsThatTheWordsNeed) {
     const Outcome outcome = nif(arguments);
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_EQ(nlohmann::json::parse(outcome.out)["sections"].get<std::vector<std::string>>(), c.sections);
-    for (const char* name : {"nif.glsl", "nif.wgsl"}) {
+    for (const char* name : {"nif.glsl", "nif.hlsl", "nif.metal", "nif.wgsl"}) {
       const std::string text = read(name);
       for (const char* part : c.has) EXPECT_NE(text.find(part), std::string::npos) << name << ": " << part;
       for (const char* part : c.lacks) EXPECT_EQ(text.find(part), std::string::npos) << name << ": " << part;
@@ -106,8 +108,8 @@ TEST_F(ExportShader, LeavesOutWhatShadersCannotAnswer) {
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const auto json = nlohmann::json::parse(outcome.out);
   EXPECT_EQ(json["schema"], "nifkit.export_shader/1");
-  ASSERT_EQ(json["files"].size(), 3u);
-  EXPECT_EQ(json["files"][2]["bytes"], fs::file_size(json["files"][2]["path"].get<std::string>()));
+  ASSERT_EQ(json["files"].size(), 5u);
+  EXPECT_EQ(json["files"][4]["bytes"], fs::file_size(json["files"][4]["path"].get<std::string>()));
   ASSERT_EQ(json["left_out"].size(), 1u);
   EXPECT_NE(json["left_out"][0].get<std::string>().find("has the encoding 'cutout'"), std::string::npos);
   EXPECT_FALSE(fs::exists(fs::path(folder()) / "it.scene.words"));

@@ -203,7 +203,7 @@ int main(int count, char** arguments) {
           const auto code = shader_code(kind == 0 ? all[i].visibility : all[i].hits);
           const auto run = [&](uint32_t mask) {
             const double start = now();
-            run_for_rays(vulkan, code, all[i].words, 0, segments, mask, kind == 0 ? 8 : 12);
+            run_for_rays(vulkan, code, all[i].words, 0, segments, mask, kind == 0 ? 8 : kHitWords);
             return now() - start;
           };
           const double without = run(0), with = run(0xffffffffu);

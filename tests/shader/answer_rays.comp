@@ -3,6 +3,12 @@
 // a ray. With NIF_TEST_PROVE it asks the planes alone, with NIF_TEST_SCENE a scene.
 #version 450
 #extension GL_GOOGLE_include_directive : require
+#ifdef NIF_TEST_DOT4  // glslang knows no function for OpSDotKHR of four bytes (format 0)
+#extension GL_EXT_spirv_intrinsics : require
+spirv_instruction(extensions = ["SPV_KHR_integer_dot_product"], capabilities = [6018, 6019], id = 4450)
+int dot4(uint a, uint b, spirv_literal int format);
+#define NIF_DOT4(a, b) dot4(a, b, 0)
+#endif
 #include "kernels/shader/nif.glsl"
 
 layout(local_size_x = 64) in;

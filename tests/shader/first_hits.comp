@@ -1,4 +1,4 @@
-// First hits by kernels/shader/nif.glsl, for tests: buffers 0 and 1 as in answer_rays.comp, and 12 words a ray in buffer 2.
+// First hits by kernels/shader/nif.glsl, for tests: buffers 0 and 1 as in answer_rays.comp, and 16 words a ray in buffer 2.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "kernels/shader/nif.glsl"
@@ -30,7 +30,8 @@ void main() {
   }
   NifHit hit = nif_first_hit(object, start.xyz, way.xyz, start.w, way.w);
 #endif
-  hits[3u * i] = uvec4(hit.hit ? 1u : 0u, hit.certain ? 1u : 0u, hit.triangle, hit.instance);
-  hits[3u * i + 1u] = floatBitsToUint(vec4(hit.t, hit.u, hit.v, 0.0));
-  hits[3u * i + 2u] = floatBitsToUint(vec4(hit.normal, 0.0));
+  hits[4u * i] = uvec4(hit.hit ? 1u : 0u, hit.certain ? 1u : 0u, hit.triangle, hit.instance);
+  hits[4u * i + 1u] = floatBitsToUint(vec4(hit.t, hit.u, hit.v, 0.0));
+  hits[4u * i + 2u] = floatBitsToUint(vec4(hit.normal, 0.0));
+  hits[4u * i + 3u] = floatBitsToUint(vec4(hit.color, 0.0));
 }

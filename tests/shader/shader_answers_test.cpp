@@ -241,15 +241,22 @@ TEST_F(ShaderAnswers, LeaveOpenWhatAreNoTables) {
   }
 }
 
-#ifdef NIF_HAS_SPIRV_CROSS
-TEST_F(ShaderAnswers, ByWayOfHlslAreTheCpus) {
+TEST_F(ShaderAnswers, ByTheDevicesDotProductsAreTheCpus) {
+  if (!vulkan_->has_dot_products()) GTEST_SKIP() << "VK_KHR_shader_integer_dot_product is missing";
+  for (const uint64_t seed : {1, 2, 3}) {
+    const RaysOfObject all(device_, seed);
+    const Differences found = compare(all.field, all.words, 0, all.rays, "wide_dot4");
+    EXPECT_EQ(found.all() + found.probability, 0u) << found;
+  }
+}
+
+TEST_F(ShaderAnswers, InHlslAreTheCpus) {
   for (const uint64_t seed : {1, 2, 3}) {
     const RaysOfObject all(device_, seed);
     const Differences found = compare(all.field, all.words, 0, all.rays, "wide_hlsl", "prove_hlsl");
     EXPECT_EQ(found.all() + found.probability, 0u) << found;
   }
 }
-#endif
 
 }  // namespace
 }  // namespace nif::test

@@ -45,10 +45,8 @@ Arithmetic arithmetic_of(const std::vector<uint32_t>& code) {
 TEST(ShaderCode, NoOperationMayBeContracted) {
   std::vector<const char*> names = {"query",   "prove", "wide",   "query_scene", "prove_scene",
                                     "default", "small", "planes", "hits",        "hits_scene"};
-#ifdef NIF_HAS_SPIRV_CROSS
-  names.insert(names.end(), {"wide_hlsl", "prove_hlsl", "default_hlsl", "default_scene_hlsl", "hits_hlsl",
-                             "hits_scene_hlsl"});
-#endif
+  names.insert(names.end(), {"wide_hlsl", "prove_hlsl", "query_scene_hlsl", "prove_scene_hlsl",
+                             "default_hlsl", "hits_hlsl", "hits_scene_hlsl"});
   for (const char* name : names) {
     const Arithmetic found = arithmetic_of(shader_code(name));
     EXPECT_GT(found.operations, 80u) << name;

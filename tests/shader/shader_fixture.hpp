@@ -41,8 +41,9 @@ struct ShaderAnswer {
 /// What first_hits.comp writes.
 struct ShaderHit {
   uint32_t hit, certain, triangle, instance;
-  float t, u, v, unused, normal[3], unused_2;
+  float t, u, v, unused, normal[3], unused_2, color[3], unused_3;
 };
+constexpr size_t kHitWords = sizeof(ShaderHit) / 4;
 
 /// Runs a shader for rays by tables that begin at word `object` of `words`; returns what it writes, `each` words a ray.
 inline std::vector<uint32_t> run_for_rays(VulkanCompute& vulkan, const std::vector<uint32_t>& code,
@@ -82,9 +83,8 @@ inline std::vector<ShaderHit> hits_of_shader(VulkanCompute& vulkan, const std::v
                                              const std::vector<uint32_t>& words,
                                              const std::vector<kernels::Segment>& rays,
                                              uint32_t mask = 0xffffffffu) {
-  const auto output = run_for_rays(vulkan, code, words, 0, rays, mask, 12);
+  const auto output = run_for_rays(vulkan, code, words, 0, rays, mask, kHitWords);
   std::vector<ShaderHit> hits(rays.size());
-  static_assert(sizeof(ShaderHit) == 48);
   if (!hits.empty()) std::memcpy(hits.data(), output.data(), sizeof(ShaderHit) * hits.size());
   return hits;
 }

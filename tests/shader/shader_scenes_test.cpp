@@ -57,12 +57,17 @@ class ShaderScenes : public ShaderTest {
     return rays;
   }
 
+  /// In GLSL and in HLSL.
   void expect_equal(const nifkit::Scene& scene, const std::vector<NifRay>& rays,
                     uint32_t mask = 0xffffffffu) {
+    for (const char* language : {"", "_hlsl"}) expect_equal_in(language, scene, rays, mask);
+  }
+  void expect_equal_in(const std::string& language, const nifkit::Scene& scene,
+                       const std::vector<NifRay>& rays, uint32_t mask) {
     std::vector<kernels::Segment> segments;
     for (const NifRay& ray : rays) segments.push_back(to_segment(ray));
     const std::vector<uint32_t> words = scene.shader_tables();
-    const auto shader = ask_shader(*vulkan_, shader_code("query_scene"), words, 0, segments, mask);
+    const auto shader = ask_shader(*vulkan_, shader_code("query_scene" + language), words, 0, segments, mask);
     Answers cpu(rays.size());
     NifRays query = nifMakeRays(rays.data(), rays.size());
     query.mask = &mask;
@@ -82,7 +87,7 @@ class ShaderScenes : public ShaderTest {
     some_occluded_ += occluded;
     some_learned_ += learned;
     if (mask != 0xffffffffu) return;
-    const auto proven = ask_shader(*vulkan_, shader_code("prove_scene"), words, 0, segments);
+    const auto proven = ask_shader(*vulkan_, shader_code("prove_scene" + language), words, 0, segments);
     const OpenAnswers open = query_open(scene.get(), rays, rays.size());
     size_t next = 0, intervals = 0;
     different = 0;

@@ -54,10 +54,11 @@ std::map<std::string, int> names_in(const std::string& text) {
 
 TEST(ShaderSections, HaveWhatTheyCallAndNoMore) {
   // What programs call, and what they may change.
-  const std::set<std::string> of_callers = {"nif_query",       "nif_prove",     "nif_query_scene",
-                                            "nif_prove_scene", "nif_first_hit", "nif_first_hit_scene",
-                                            "NifTables"};
-  for (const NifShaderLanguage language : {NIF_SHADER_GLSL, NIF_SHADER_WGSL}) {
+  const std::set<std::string> of_callers = {
+      "nif_query",     "nif_prove",           "nif_query_scene", "nif_prove_scene",
+      "nif_first_hit", "nif_first_hit_scene", "NifTables",       "Nif"};
+  for (const NifShaderLanguage language :
+       {NIF_SHADER_GLSL, NIF_SHADER_HLSL, NIF_SHADER_METAL, NIF_SHADER_WGSL}) {
     const std::string whole = nifkit::shader_source(language);
     for (const ShaderSections& sections : combinations()) {
       const std::string text = cut_shader(whole, sections);
@@ -175,7 +176,7 @@ TEST_F(ShaderSectionsRun, AnswerTheirObjectsAsTheWholeTextDoes) {
     };
     same("answer_rays", "-DNIF_NETWORK_WORDS=34 -DNIF_CERTAIN_REACH=16384.0", "wide", 8);
     same("answer_rays", "-DNIF_CERTAIN_REACH=16384.0 -DNIF_TEST_PROVE", "prove", 8);
-    if (sections.first_hits) same("first_hits", "", "hits", 12);
+    if (sections.first_hits) same("first_hits", "", "hits", kHitWords);
 
     // What an object of another kind has is left open.
     ShaderSections others = ShaderSections::all();
@@ -216,7 +217,7 @@ TEST_F(ShaderSectionsRun, AnswerScenesAsTheWholeTextDoes) {
       EXPECT_GT(std::set(answers.begin(), answers.end()).size(), 3u);
     };
     same("answer_rays", "-DNIF_NETWORK_WORDS=34 -DNIF_CERTAIN_REACH=16384.0", "query_scene", 8);
-    if (sections.first_hits) same("first_hits", "", "hits_scene", 12);
+    if (sections.first_hits) same("first_hits", "", "hits_scene", kHitWords);
   }
 }
 

@@ -176,8 +176,10 @@ TEST_F(ShaderTables, NeedADeviceThatKeepsThem) {
 }
 
 TEST(ShaderSource, IsTheFile) {
-  for (const auto& [name, language] :
-       {std::pair("nif.glsl", NIF_SHADER_GLSL), {"nif.wgsl", NIF_SHADER_WGSL}}) {
+  for (const auto& [name, language] : {std::pair("nif.glsl", NIF_SHADER_GLSL),
+                                       {"nif.hlsl", NIF_SHADER_HLSL},
+                                       {"nif.metal", NIF_SHADER_METAL},
+                                       {"nif.wgsl", NIF_SHADER_WGSL}}) {
     std::ifstream file(std::string(NIF_SHADER_TEXTS "/") + name, std::ios::binary);
     const std::string text{std::istreambuf_iterator<char>(file), {}};
     EXPECT_GT(text.size(), 10'000u);

@@ -186,7 +186,7 @@ TEST_F(ShaderTriangles, AreNeverCertainIfTheFileProvesNothing) {
 
 /// Compares first hits with those of an only instance. Returns how many are certain.
 struct HitCounts {
-  size_t rays = 0, hits = 0, certain = 0;
+  size_t rays = 0, hits = 0, certain = 0, colored = 0;
 };
 HitCounts compare_hits(const std::vector<ShaderHit>& shader, const nifkit::Scene& scene,
                        const std::vector<Segment>& rays, const char* name) {
@@ -197,7 +197,7 @@ HitCounts compare_hits(const std::vector<ShaderHit>& shader, const nifkit::Scene
   const NifHits outputs = cpu.outputs();
   EXPECT_EQ(nifIntersect(scene.get(), &query, &outputs), NIF_OK) << nifGetErrorMessage();
   HitCounts found;
-  size_t wrong = 0, far = 0, turned = 0;
+  size_t wrong = 0, far = 0, turned = 0, recolored = 0;
   for (size_t i = 0; i < rays.size(); ++i) {
     const ShaderHit& hit = shader[i];
     ++found.rays;
@@ -213,21 +213,28 @@ HitCounts compare_hits(const std::vector<ShaderHit>& shader, const nifkit::Scene
     if (!hit.hit || hit.triangle != cpu.triangle[i]) continue;
     wrong += hit.instance != NIF_NONE && hit.instance != cpu.instance[i];
     far += !(std::abs(hit.t - cpu.t[i]) <= 1e-3f * std::max(std::abs(cpu.t[i]), 1e-3f));
-    float cosine = 0;
-    for (size_t a = 0; a < 3; ++a) cosine += hit.normal[a] * cpu.normal[3 * i + a];
+    float cosine = 0, other = 0;
+    for (size_t a = 0; a < 3; ++a) {
+      cosine += hit.normal[a] * cpu.normal[3 * i + a];
+      other = std::max(other, std::abs(hit.color[a] - cpu.color[3 * i + a]));
+    }
+    recolored += !(other <= 1e-5f);
+    found.colored += hit.color[0] != 0.5f;
     turned += !(cosine > 0.999f);
   }
   EXPECT_EQ(wrong, 0u) << name;
   EXPECT_EQ(far, 0u) << name;
   EXPECT_LE(turned, rays.size() / 1000) << name;  // of triangles that are nearly edges
+  // Between two voxels: many of these triangles lie there, where rougher arithmetic decides otherwise.
+  EXPECT_LE(recolored, rays.size() / (std::string_view(name) == "hits_rough" ? 200 : 1000)) << name;
   return found;
 }
 
 TEST_F(ShaderTriangles, HaveTheFirstHitsOfTheCpu) {
   HitCounts odd, plain;
   for (uint64_t seed = 1; seed <= 4; ++seed) {
-    const auto file = format::encode(
-        random_asset(seed, {.objects = 0, .instances = 0, .bvhs = 2, .exacts = 2, .sources = 3}));
+    const auto file = format::encode(random_asset(
+        seed, {.objects = 0, .instances = 0, .bvhs = 2, .exacts = 2, .colors = 2, .sources = 3}));
     const format::AssetView view = format::read_asset(file, "test");
     const nifkit::Asset asset = nifkit::Asset::load(device_, std::span<const std::byte>(file));
     for (uint32_t i = 0; i < view.objects.size(); ++i) {
@@ -242,7 +249,7 @@ TEST_F(ShaderTriangles, HaveTheFirstHitsOfTheCpu) {
         size = std::max({size, std::abs(view.objects[i].aabb_min[a]), std::abs(view.objects[i].aabb_max[a])});
       const auto others = plain_rays(random, size, 0, 4000);
       const std::vector<uint32_t> words = asset.shader_tables(i);
-      for (const char* shader : {"hits", "hits_rough"}) {
+      for (const char* shader : {"hits", "hits_hlsl", "hits_rough"}) {
         SCOPED_TRACE(seed);
         const auto of_odd =
             compare_hits(hits_of_shader(*vulkan_, shader_code(shader), words, rays), scene, rays, shader);
@@ -250,12 +257,14 @@ TEST_F(ShaderTriangles, HaveTheFirstHitsOfTheCpu) {
             compare_hits(hits_of_shader(*vulkan_, shader_code(shader), words, others), scene, others, shader);
         odd.certain += of_odd.certain, odd.rays += of_odd.rays;
         plain.certain += of_plain.certain, plain.rays += of_plain.rays, plain.hits += of_plain.hits;
+        plain.colored += of_plain.colored;
       }
     }
   }
   EXPECT_GT(odd.certain, odd.rays / 5);
   EXPECT_GT(plain.certain, plain.rays * 9 / 10);  // some of these triangles are there twice
   EXPECT_GT(plain.hits, plain.rays / 10);
+  EXPECT_GT(plain.colored, plain.rays / 50);
 }
 
 TEST_F(ShaderTriangles, MayBeLeftOut) {

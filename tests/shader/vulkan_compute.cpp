@@ -55,7 +55,7 @@ struct VulkanCompute::State {
   VkPipelineLayout layout = VK_NULL_HANDLE;
   std::map<std::vector<uint32_t>, VkPipeline> pipelines;
   std::string name;
-  bool watched = false;
+  bool watched = false, has_dot_products = false;
   std::vector<std::string> messages;
 
   State() {
@@ -143,8 +143,22 @@ struct VulkanCompute::State {
     queues.queueFamilyIndex = family;
     queues.queueCount = 1;
     queues.pQueuePriorities = &priority;
+    const auto extensions = list_of<VkExtensionProperties>([&](uint32_t* count, VkExtensionProperties* all) {
+      vkEnumerateDeviceExtensionProperties(physical, nullptr, count, all);
+    });
+    const char* const dots = VK_KHR_SHADER_INTEGER_DOT_PRODUCT_EXTENSION_NAME;
+    has_dot_products =
+        std::any_of(extensions.begin(), extensions.end(), [&](const VkExtensionProperties& extension) {
+          return std::string_view(extension.extensionName) == dots;
+        });
+    VkPhysicalDeviceShaderIntegerDotProductFeaturesKHR dot_products{};
+    dot_products.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SHADER_INTEGER_DOT_PRODUCT_FEATURES_KHR;
+    dot_products.shaderIntegerDotProduct = VK_TRUE;
     VkDeviceCreateInfo wanted{};
     wanted.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
+    wanted.pNext = has_dot_products ? &dot_products : nullptr;
+    wanted.enabledExtensionCount = has_dot_products;
+    wanted.ppEnabledExtensionNames = &dots;
     wanted.queueCreateInfoCount = 1;
     wanted.pQueueCreateInfos = &queues;
     check(vkCreateDevice(physical, &wanted, nullptr, &device), "vkCreateDevice");
@@ -286,6 +300,7 @@ VulkanCompute::~VulkanCompute() = default;
 const std::string& VulkanCompute::device() const { return state_->name; }
 uint64_t VulkanCompute::most_bytes() const { return state_->properties.limits.maxStorageBufferRange; }
 bool VulkanCompute::watched() const { return state_->watched; }
+bool VulkanCompute::has_dot_products() const { return state_->has_dot_products; }
 const std::vector<std::string>& VulkanCompute::messages() const { return state_->messages; }
 
 std::vector<uint32_t> VulkanCompute::run(std::span<const uint32_t> code, std::span<const uint32_t> first,

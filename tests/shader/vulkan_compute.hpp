@@ -23,6 +23,8 @@ class VulkanCompute {
   uint64_t most_bytes() const;
   /// Whether the validation layer watches.
   bool watched() const;
+  /// Whether shaders may have products of packed integers (VK_KHR_shader_integer_dot_product).
+  bool has_dot_products() const;
   /// Warnings and errors of the validation layer so far.
   const std::vector<std::string>& messages() const;
 

@@ -78,8 +78,10 @@ class Exporter {
     if (failed)
       throw Error(Status::output_not_writable,
                   fmt::format("{}: cannot be created: {}", arguments_.folder, failed.message()));
-    for (const auto& [name, language] :
-         {std::pair("nif.glsl", NIF_SHADER_GLSL), {"nif.wgsl", NIF_SHADER_WGSL}}) {
+    for (const auto& [name, language] : {std::pair("nif.glsl", NIF_SHADER_GLSL),
+                                         {"nif.hlsl", NIF_SHADER_HLSL},
+                                         {"nif.metal", NIF_SHADER_METAL},
+                                         {"nif.wgsl", NIF_SHADER_WGSL}}) {
       const std::string whole = nifGetShaderSource(language);
       const std::string text = arguments_.whole ? whole : cut_shader(whole, sections_);
       write(name, "functions", std::as_bytes(std::span(text)));
@@ -173,8 +175,8 @@ void add_export_shader(Command app) {
   add_json_option(command, a->json, kSchema);
   add_quiet_option(command, a->quiet);
   command.footer(
-      "Writes nif.glsl and nif.wgsl, the functions to include, and for each object that shaders can answer "
-      "NAME.object-N.words,\n"
+      "Writes nif.glsl, nif.hlsl, nif.metal and nif.wgsl, the functions to include, and for each object that "
+      "shaders can answer NAME.object-N.words,\n"
       "32-bit words to be bound as a read-only buffer. If they can answer all objects, NAME.scene.words has "
       "all that the\n"
       "asset places; not if that is one object as it is. The texts have only what these words need, of "

@@ -61,6 +61,10 @@ class ShaderLanguage(enum.IntEnum):
     """For Vulkan."""
     WGSL = 2
     """For WebGPU."""
+    HLSL = 3
+    """For Direct3D 12."""
+    METAL = 4
+    """For Metal."""
 
 
 class InstanceFlags(enum.IntFlag):

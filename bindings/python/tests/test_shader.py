@@ -64,6 +64,8 @@ def test_texts():
     assert "NifAnswer nif_query(" in nifkit.shader_source()
     assert nifkit.shader_source(ShaderLanguage.GLSL) == nifkit.shader_source()
     assert "fn nif_query(" in nifkit.shader_source(ShaderLanguage.WGSL)
+    assert "StructuredBuffer<uint>" in nifkit.shader_source(ShaderLanguage.HLSL)
+    assert "struct Nif {" in nifkit.shader_source(ShaderLanguage.METAL)
     with pytest.raises(nifkit.Error) as raised:
         nifkit.shader_source(7)
     assert raised.value.code == ErrorCode.INVALID_ARGUMENT

@@ -384,8 +384,10 @@ NIF_API NifError nifGetShaderTables(NifAsset asset, uint32_t object, uint32_t* w
                                     uint64_t* count);
 
 typedef enum NifShaderLanguage {
-  NIF_SHADER_GLSL = 1, /* for Vulkan: the file nif.glsl */
-  NIF_SHADER_WGSL = 2, /* for WebGPU: the file nif.wgsl */
+  NIF_SHADER_GLSL = 1,  /* for Vulkan: the file nif.glsl */
+  NIF_SHADER_WGSL = 2,  /* for WebGPU: the file nif.wgsl */
+  NIF_SHADER_HLSL = 3,  /* for Direct3D 12: the file nif.hlsl */
+  NIF_SHADER_METAL = 4, /* for Metal: the file nif.metal */
   NIF_SHADER_LANGUAGE_IS_32_BITS = 0x7fffffff
 } NifShaderLanguage;
 

@@ -237,9 +237,19 @@ NifError nifGetShaderTables(NifAsset asset, uint32_t object, uint32_t* words, ui
 }
 
 const char* nifGetShaderSource(NifShaderLanguage language) {
-  return language == NIF_SHADER_GLSL   ? nif::kernels::shader::kGlsl
-         : language == NIF_SHADER_WGSL ? nif::kernels::shader::kWgsl
-                                       : nullptr;
+  namespace shader = nif::kernels::shader;
+  switch (language) {
+    case NIF_SHADER_GLSL:
+      return shader::kGlsl;
+    case NIF_SHADER_WGSL:
+      return shader::kWgsl;
+    case NIF_SHADER_HLSL:
+      return shader::kHlsl;
+    case NIF_SHADER_METAL:
+      return shader::kMetal;
+    default:
+      return nullptr;
+  }
 }
 
 // ---- Scenes

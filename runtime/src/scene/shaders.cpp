@@ -57,7 +57,8 @@ std::pmr::vector<uint32_t> tables_of(const NifAssetObject& asset, uint32_t objec
   if (view.is<kernels::TrianglesField>())
     return make_tables(view.as<kernels::TrianglesField>(), source_of(asset, object), about, memory);
   if (view.is<kernels::ExactField>())
-    return make_tables(view.as<kernels::ExactField>(), source_of(asset, object), about, memory);
+    return make_tables(view.as<kernels::ExactField>(), format::hit_details(asset.view, object), about,
+                       memory);
   if (view.is<kernels::PlanesField>()) return make_tables(view.as<kernels::PlanesField>(), about, memory);
   const auto field = view.as<kernels::SegmentField>();
   if (const char* why = kernels::shader::unfit(field, memory))
@@ -74,7 +75,7 @@ uint64_t count_of(const NifAssetObject& asset, uint32_t object) {
     if (view.is<kernels::TrianglesField>())
       count = count_words(view.as<kernels::TrianglesField>(), source_of(asset, object));
     else if (view.is<kernels::ExactField>())
-      count = count_words(view.as<kernels::ExactField>(), source_of(asset, object));
+      count = count_words(view.as<kernels::ExactField>(), format::hit_details(asset.view, object));
     else if (view.is<kernels::PlanesField>())
       count = count_words(view.as<kernels::PlanesField>());
     else

@@ -25,6 +25,8 @@ const kMain = `
   let answer = QUERY;
   answers[i] = vec4<u32>(FOUND);
 }`;
+/** At once: devices limit buffers and workgroups. */
+const kMostRays = 1 << 20;
 // By what is asked for, and whether it is a scene.
 const kQueries = [
   ['nif_query(0u, start.xyz, way.xyz, start.w, way.w)', 'nif_query_scene(0u, start.xyz, way.xyz, start.w, way.w, 0xffffffffu)'],
@@ -73,35 +75,43 @@ async function main([textFile, caseFile]) {
   const words = all.subarray(8, 8 + wordCount), rays = all.subarray(8 + wordCount, 8 + wordCount + 8 * count);
   const expected = all.subarray(8 + wordCount + 8 * count);
   const text = readFileSync(textFile, 'utf8');
-  const room = 'const NIF_NETWORK_WORDS : u32 = 12u;';
-  if (text.includes('nif_evaluate') && !text.includes(room)) throw new Error(`${textFile} has no line '${room}'`);
+  const most = 'const NIF_NETWORK_WORDS : u32 = 12u;';
+  if (text.includes('nif_evaluate') && !text.includes(most)) throw new Error(`${textFile} has no line '${most}'`);
   const enough = `const NIF_NETWORK_WORDS : u32 = ${Math.max(12, networkWords(words))}u;`;
   const proves = 'NIF_PROVES : bool = ', own = `${proves}false;`;
   const main = kMain.replace('QUERY', kQueries[hits][scene]).replace('FOUND', kFound[hits]);
-  const code = text.replace(room, enough).replace(own, triangles ? `${proves}true;` : own) + main;
+  const code = text.replace(most, enough).replace(own, triangles ? `${proves}true;` : own) + main;
 
   const { device, name } = await openDevice();
   const module = await compiled(device, textFile, code);
   device.pushErrorScope('validation');
   const pipeline = await device.createComputePipelineAsync({ layout: 'auto', compute: { module, entryPoint: 'main' } });
-  const input = (data) => {
-    const buffer = device.createBuffer({ size: data.byteLength, usage: GPUBufferUsage.STORAGE | GPUBufferUsage.COPY_DST });
-    device.queue.writeBuffer(buffer, 0, data);
-    return buffer;
-  };
-  const size = 16 * count;
-  const output = device.createBuffer({ size, usage: GPUBufferUsage.STORAGE | GPUBufferUsage.COPY_SRC });
-  const read = device.createBuffer({ size, usage: GPUBufferUsage.MAP_READ | GPUBufferUsage.COPY_DST });
-  const entries = [input(words), input(rays), output].map((buffer, binding) => ({ binding, resource: { buffer } }));
-  const commands = device.createCommandEncoder(), pass = commands.beginComputePass();
-  pass.setPipeline(pipeline);
-  pass.setBindGroup(0, device.createBindGroup({ layout: pipeline.getBindGroupLayout(0), entries }));
-  pass.dispatchWorkgroups(Math.ceil(count / 64));
-  pass.end();
-  commands.copyBufferToBuffer(output, 0, read, 0, size);
-  device.queue.submit([commands.finish()]);
-  await read.mapAsync(GPUMapMode.READ);
-  const answers = new Uint32Array(read.getMappedRange().slice(0));
+  const make = (size, usage) => device.createBuffer({ size, usage });
+  const room = 16 * Math.min(count, kMostRays);
+  const buffers = [
+    make(words.byteLength, GPUBufferUsage.STORAGE | GPUBufferUsage.COPY_DST),
+    make(2 * room, GPUBufferUsage.STORAGE | GPUBufferUsage.COPY_DST),
+    make(room, GPUBufferUsage.STORAGE | GPUBufferUsage.COPY_SRC),
+  ];
+  const read = make(room, GPUBufferUsage.MAP_READ | GPUBufferUsage.COPY_DST);
+  device.queue.writeBuffer(buffers[0], 0, words);
+  const entries = buffers.map((buffer, binding) => ({ binding, resource: { buffer } }));
+  const group = device.createBindGroup({ layout: pipeline.getBindGroupLayout(0), entries });
+  const answers = new Uint32Array(4 * count);
+  for (let first = 0; first < count; first += kMostRays) {
+    const some = Math.min(count - first, kMostRays);
+    device.queue.writeBuffer(buffers[1], 0, rays.subarray(8 * first, 8 * (first + some)));
+    const commands = device.createCommandEncoder(), pass = commands.beginComputePass();
+    pass.setPipeline(pipeline);
+    pass.setBindGroup(0, group);
+    pass.dispatchWorkgroups(Math.ceil(some / 64));
+    pass.end();
+    commands.copyBufferToBuffer(buffers[2], 0, read, 0, 16 * some);
+    device.queue.submit([commands.finish()]);
+    await read.mapAsync(GPUMapMode.READ);
+    answers.set(new Uint32Array(read.getMappedRange(0, 16 * some)), 4 * first);
+    read.unmap();
+  }
   const error = await device.popErrorScope();
   if (error) throw new Error(error.message);
 

@@ -202,8 +202,8 @@ void write_cases(const Writer& writer, size_t count) {
 
 int main(int argc, char** argv) {
   const long rays = argc == 3 ? std::atol(argv[2]) : 0;
-  if (rays < 1 || rays > 4'000'000) {
-    std::fprintf(stderr, "usage: shader_cases FOLDER RAYS, at most 4,000,000\n");
+  if (rays < 1 || rays > 10'000'000) {
+    std::fprintf(stderr, "usage: shader_cases FOLDER RAYS, at most 10,000,000\n");
     return 2;
   }
   try {
