@@ -10,12 +10,18 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 nif=build/release/bin/nif speed=build/release/bin/shader_speed out=build/shaders rays=${RAYS:-100000} rounds=${ROUNDS:-3}
 page=docs/results/shaders.md
 
+# code_in FILE: its lines that are neither blank nor a comment.
+code_in() { grep -cvE '^ *(//.*)?$' "$1"; }
 # count_lines ASSET OPTIONS...: a row about the texts that `nif export-shader` writes.
 count_lines() {
-  local folder sections
+  local folder sections language
   folder=$(mktemp -d)
   sections=$("$nif" export-shader "$out/$1.nif" -o "$folder" "${@:2}" | sed -n 's/^sections of the functions: //p')
-  printf '| `%s` | %s | %d | %d | %.1f |\n' "$*" "$sections" "$(wc -l <"$folder/nif.glsl")" "$(wc -l <"$folder/nif.wgsl")" \
+  printf '| `%s` | %s ' "$*" "$sections"
+  for language in glsl hlsl metal wgsl; do
+    printf '| %d, %d ' "$(wc -l <"$folder/nif.$language")" "$(code_in "$folder/nif.$language")"
+  done
+  printf '| %.1f |\n' \
     "$(gzip -9 -n -c "$folder/nif.wgsl" | wc -c | awk '{ print $1 / 1000 }')"
   rm -r "$folder"
 }
@@ -23,10 +29,11 @@ print_lines() {
   cat <<'SECTION'
 ## Lines
 
-Of the texts that `nif export-shader` writes for these assets, comments included. Our goal for one object is 450.
+Of the texts that `nif export-shader` writes for these assets: all, and those of code, without comments and blank lines. Our goal for one
+object is 450.
 
-| asset | sections | GLSL, lines | WGSL, lines | WGSL by gzip, kB |
-| --- | --- | ---: | ---: | ---: |
+| asset | sections | GLSL | HLSL | Metal | WGSL | WGSL by gzip, kB |
+| --- | --- | ---: | ---: | ---: | ---: | ---: |
 SECTION
   count_lines dragon-segment
   count_lines dragon-bvh
