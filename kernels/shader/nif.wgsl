@@ -2,7 +2,7 @@
 // how to use it. WGSL has no preprocessor: change what follows up to the structures to your needs.
 @group(0) @binding(0) var<storage, read> nif_words : array<u32>;
 fn nif_word(i : u32) -> u32 { return nif_words[i]; }
-const NIF_PROVES : bool = false;  // WGSL may reorder sums, and for that no bound is derived: no answer is certain
+const NIF_PROVES : bool = false;  // WGSL may reorder operations, so no bound holds: no answer is certain
 // #if NIF_PLANES || NIF_SCENES // Such marks, up to `// #endif`, have what may be left out; `nif export-shader` does that.
 const NIF_CERTAIN_REACH : f32 = 8192.0;
 // #endif
