@@ -10,6 +10,7 @@
 #include "kernels/reference/triangles/triangles_hit.hpp"
 #include "tests/kernels/each_way.hpp"
 #include "tests/support/random_bvh.hpp"
+#include "tests/support/random_exact.hpp"
 
 namespace nif::test {
 namespace {
@@ -251,6 +252,58 @@ TEST_P(DecodedKernels, GiveTheReferencesBitsForRaysThatGoTogether) {
                               [](const kernels::Segment&, const kernels::Answer&, const kernels::Hit&) {}));
   }
   EXPECT_GT(asked.met, asked.rays / 4);
+}
+
+/// Of rays that start outside, kernels leave the grid of an `exact` object out.
+TEST_P(DecodedKernels, GiveTheReferencesBitsOfExactObjectsFromOutsideAndInside) {
+  if (!kernels::cpu::available(GetParam().isa)) GTEST_SKIP() << "this machine does not have it";
+  Random random(5);
+  Asked asked;
+  uint32_t few_boxes = 0;
+  for (int k = 0; k < 12; ++k) {
+    const RandomExact exact = random_exact(random, 9);
+    const TreePayload payload(exact.triangles);
+    const kernels::ExactField field{format::field_of(exact.planes), payload.field()};
+    few_boxes += boxes_met(decode(payload.field(), kNoLimit, std::pmr::new_delete_resource())) < 20;
+    for (const uint32_t outside_of_10 : {0u, 5u, 10u}) {
+      const auto draw = [&] {
+        kernels::Segment segment = random_segment(random, field.triangles);
+        if (random.below(10) >= outside_of_10) return segment;
+        const float back = 4 * field.triangles.extent / kernels::largest_of(segment.direction);
+        for (size_t a = 0; std::isfinite(back) && a < 3; ++a)
+          segment.origin[a] -= back * segment.direction[a];
+        segment.tmax = std::numeric_limits<float>::infinity();
+        return segment;
+      };
+      ASSERT_NO_FATAL_FAILURE(
+          expect_reference_bits(field, GetParam(), random, asked, draw,
+                                [](const kernels::Segment&, const kernels::Answer&, const kernels::Hit&) {}));
+    }
+  }
+  EXPECT_GT(few_boxes, 6u);
+  EXPECT_GT(asked.met, asked.rays / 8);
+}
+
+TEST(DecodedTree, CountsTheBoxesThatLinesMeet) {
+  std::pmr::memory_resource* const memory = std::pmr::new_delete_resource();
+  EXPECT_EQ(boxes_met(DecodedTree{}), 0);
+  Random random(6);
+  const format::TrianglesData one = random_bvh(random, 4);  // one leaf
+  EXPECT_EQ(boxes_met(decode(format::field_of(one), kNoLimit, memory, nullptr, true)), 1);
+  // Slivers across a square overlap; the same number of small triangles does not.
+  Soup slivers, tiles;
+  for (uint32_t i = 0; i < 200; ++i) {
+    const float y = float(i) / 200, x = float(i % 20), z = float(i / 20);
+    slivers.positions.insert(slivers.positions.end(), {{0, 0, 0}, {1, y, 0}, {1, y + 0.005f, 0}});
+    tiles.positions.insert(tiles.positions.end(), {{x, z, 0}, {x + 0.9f, z, 0}, {x, z + 0.9f, 0}});
+    slivers.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+    tiles.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+  }
+  const auto boxes = [&](const Soup& soup) {
+    const format::TrianglesData data = RandomTree(soup).pack(random);
+    return boxes_met(decode(format::field_of(data), kNoLimit, memory, nullptr, true));
+  };
+  EXPECT_GT(boxes(slivers), 1.5 * boxes(tiles));
 }
 
 INSTANTIATE_TEST_SUITE_P(Each, DecodedKernels, each_way(), name_of);

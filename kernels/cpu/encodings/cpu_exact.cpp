@@ -95,6 +95,33 @@ static_assert(sizeof(ExactHitScratch) <= kKernelScratchBytes);
 /// For this few rays the grid does not pay off: their triangles give the same answers.
 constexpr uint32_t kFewRays = 16;
 
+#ifdef NIF_DECODES
+/// Whether most rays start outside the triangles' box.
+HWY_NOINLINE bool most_start_outside(const BvhTree& tree, const SegmentBatch& batch) {
+  const Floats d;
+  hn::Vec<Floats> low[3], high[3];
+  for (uint32_t a = 0; a < 3; ++a) {
+    float least = tree.low[0][a], most = tree.high[0][a];
+    for (uint32_t s = 1; (tree.inner | tree.leaves) >> s != 0; ++s) {
+      least = min_of(tree.low[s][a], least);
+      most = max_of(tree.high[s][a], most);
+    }
+    low[a] = hn::Set(d, least);
+    high[a] = hn::Set(d, most);
+  }
+  uint32_t inside = 0;
+  for (uint32_t i = 0; i < batch.count; i += kLanes) {
+    auto within = hn::FirstN(d, batch.count - i);
+    for (uint32_t a = 0; a < 3; ++a) {
+      const auto origin = hn::Load(d, batch.origin[a] + i);
+      within = hn::And(within, hn::And(hn::Ge(origin, low[a]), hn::Le(origin, high[a])));
+    }
+    inside += uint32_t(__builtin_popcount(bits_of(within)));
+  }
+  return 2 * inside < batch.count;
+}
+#endif
+
 HWY_NOINLINE void intersect_exact_by_reference(const ExactField& field, const SegmentBatch& batch,
                                                uint32_t ray, float limit, HitBatch& hits) {
   set_hit(hits, ray, intersect(field, segment_of(batch, ray), limit));
@@ -103,7 +130,11 @@ HWY_NOINLINE void intersect_exact_by_reference(const ExactField& field, const Se
 void intersect_exact(const PackedExactField& packed, const SegmentBatch& batch, const float* limit,
                      HitBatch& hits, void* memory) {
   auto& s = *static_cast<ExactHitScratch*>(memory);
-  if (batch.count <= kFewRays) {
+  bool tree_alone = batch.count <= kFewRays;
+#ifdef NIF_DECODES
+  tree_alone = tree_alone || (packed.tree_alone && most_start_outside(packed.tree, batch));
+#endif
+  if (tree_alone) {
     const TreePart whole{&packed.tree, batch.count};
     traverse_whole_to_hits(&whole, batch, limit, hits, s.ends, s.bvh);
     return;
@@ -173,12 +204,23 @@ HWY_AFTER_NAMESPACE();
 
 namespace nif::kernels::cpu {
 
+#ifdef NIF_DECODES
+/// In a tree of more boxes, as slivers make it, even a ray from outside should not look at what the grid can prove
+/// (docs/results/cpu-kernels.md, "First hits from outside").
+constexpr double kFewBoxes = 20;
+#endif
+
 KernelPointer make_kernel(const ExactField& field, const KernelOptions& options) {
   return hold_kernel<SimdKernel<PackedExactField>>(
       options.memory, NIF_FUNCTIONS_FOR(SimdFunctions<PackedExactField>, kExactFunctions, options.isa), [&] {
-        return PackedExactField{field,
+        PackedExactField packed{field,
                                 TraversalGrid(field.planes, options.memory, options.most_without_bricks),
                                 tree_of(field.triangles, options)};
+#ifdef NIF_DECODES
+        const double boxes = boxes_met(packed.tree.decoded);
+        packed.tree_alone = boxes > 0 && boxes <= kFewBoxes;
+#endif
+        return packed;
       });
 }
 

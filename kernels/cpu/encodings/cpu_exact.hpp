@@ -14,6 +14,8 @@ struct PackedExactField {
   ExactField field;
   TraversalGrid grid;
   BvhTree tree;
+  /// First hits of rays that start outside the triangles' box do without the grid.
+  bool tree_alone = false;
 
   BuiltBytes built_bytes() const {
     return {.traversal_words = grid.resident_bytes(), .decoded_triangles = tree.decoded.bytes()};

@@ -453,6 +453,20 @@ class Decoder {
 
 }  // namespace
 
+double boxes_met(const DecodedTree& tree) {
+  Box root{};
+  double sum = 0;
+  for (const DecodedNode& node : tree.nodes) {
+    for (uint32_t s = 0; s < kBvhWidth && node.low[0][s] <= node.high[0][s]; ++s) {
+      const Box box{{node.low[0][s], node.low[1][s], node.low[2][s]},
+                    {node.high[0][s], node.high[1][s], node.high[2][s]}};
+      sum += surface(box);
+      if (&node == tree.nodes.data()) root = s == 0 ? box : around(root, box);
+    }
+  }
+  return surface(root) > 0 ? sum / surface(root) : 0;
+}
+
 DecodedTree decode(const TrianglesField& field, size_t most_bytes, std::pmr::memory_resource* memory,
                    const BlockingBoxes* holes, bool moves) {
   // Numbers of nodes and of triangles in leaves take 32 bits.

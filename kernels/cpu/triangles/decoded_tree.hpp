@@ -86,6 +86,10 @@ struct DecodedTree {
   }
 };
 
+/// How many boxes a line meets that goes through the root's box anywhere and in any direction, on the mean; 0 if there
+/// is no tree. By their surfaces.
+double boxes_met(const DecodedTree& tree);
+
 /// At best each triangle is stored with three others.
 inline constexpr uint64_t least_decoded_bytes(uint64_t triangles) {
   return triangles * sizeof(DecodedLeaf) / kBvhLeafTriangles;
