@@ -155,7 +155,10 @@ const char* unfit(const SegmentField& field, std::pmr::memory_resource* memory) 
   return nullptr;
 }
 
-uint64_t count_words(const PlanesField& field) { return kHeaderWords + cpu::traversal_bytes(field) / 4; }
+/// A word for each voxel: shaders have no bricks, as kernels may.
+uint64_t count_words(const PlanesField& field) {
+  return kHeaderWords + uint64_t{field.voxels[0]} * field.voxels[1] * field.voxels[2] + field.child_count;
+}
 
 uint64_t count_words(const TrianglesField& field, const SourceTriangles& source) {
   const uint64_t numbers = source.words == nullptr ? 0 : source_words(source.count, source.bits) + 1;

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "formats/nif/writer.hpp"
+#include "kernels/packed/traversal_grid.hpp"
 #include "kernels/shader/shader_tables.hpp"
 #include "kernels/shader/triangle_tree.hpp"
 #include "tests/shader/shader_fixture.hpp"
@@ -54,6 +55,24 @@ TEST_F(ShaderTables, HaveAHeaderThatSaysWhatFollows) {
       EXPECT_EQ(words.size(), words[kChildren] + field.child_count);
     }
   }
+}
+
+/// Kernels keep such a grid in bricks; shaders have a word for each voxel.
+TEST_F(ShaderTables, OfLargeGridsHaveAWordForEachVoxel) {
+  constexpr uint32_t kSide = 64, kAll = kSide * kSide * kSide;
+  static_assert(kAll * sizeof(uint32_t) > kernels::cpu::kMostWithoutBricks);
+  format::Asset made = random_asset(3, {.objects = 0, .instances = 0, .proofs = 1});
+  format::PlanesData& grid = *made.objects[0].planes;
+  grid.voxels = {kSide, kSide, kSide};
+  grid.levels = 0;
+  const size_t bricks = format::bricks_for(kSide);
+  grid.brick_table.assign(bricks * bricks * bricks, kernels::kBrickOutside);
+  grid.brick_table[0] = kernels::kFirstMixedBrick;
+  grid.brick_states.assign(1, {0b1, 0});
+  format::leave_bare(grid);
+  const std::vector<uint32_t> words = load(made).shader_tables(0);
+  EXPECT_EQ(words.size(), kHeaderWords + kAll);
+  EXPECT_EQ(words[kWordCount], words.size());
 }
 
 /// Walks a tree as a shader does.
