@@ -412,7 +412,7 @@ bool nif_next() {
   bool is_empty = (word & 15u) == 14u;
   uint box = (is_empty && nif_near) ? word : 0u;
   int size = 1 << level;
-  ivec3 low = (at >> uvec3(level)) << uvec3(level);
+  ivec3 low = ivec3((uvec3(at) >> uvec3(level)) << uvec3(level));
   vec3 leaving;
   for (int a = 0; a < 3; ++a) {
     uint extent = (box >> (8u + 8u * uint(a) + (nif_down[a] ? 0u : 4u))) & 15u;

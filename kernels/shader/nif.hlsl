@@ -434,7 +434,7 @@ bool nif_next() {
   bool is_empty = (word & 15u) == 14u;
   uint box = (is_empty && nif_near) ? word : 0u;
   int size = 1 << level;
-  int3 low = (at >> ((uint3)(level))) << ((uint3)(level));
+  int3 low = ((int3)((((uint3)(at)) >> ((uint3)(level))) << ((uint3)(level))));
   float3 leaving;
   for (int a = 0; a < 3; ++a) {
     uint extent = (box >> (8u + 8u * uint(a) + (nif_down[a] ? 0u : 4u))) & 15u;

@@ -366,7 +366,7 @@ fn nif_next() -> bool {
   let is_empty : bool = (word & 15u) == 14u;
   let box : u32 = select(0u, word, (is_empty && nif_near));
   let size : i32 = 1 << level;
-  let low : vec3<i32> = (at >> vec3<u32>(level)) << vec3<u32>(level);
+  let low : vec3<i32> = vec3<i32>((vec3<u32>(at) >> vec3<u32>(level)) << vec3<u32>(level));
   var leaving : vec3<f32>;
   for (var a : i32 = 0; a < 3; a++) {
     let extent : u32 = (box >> (8u + 8u * u32(a) + (select(4u, 0u, nif_down[a])))) & 15u;
