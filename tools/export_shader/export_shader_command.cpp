@@ -175,13 +175,13 @@ void add_export_shader(Command app) {
   add_json_option(command, a->json, kSchema);
   add_quiet_option(command, a->quiet);
   command.footer(
-      "Writes nif.glsl, nif.hlsl, nif.metal and nif.wgsl, the functions to include, and for each object that "
-      "shaders can answer NAME.object-N.words,\n"
-      "32-bit words to be bound as a read-only buffer. If they can answer all objects, NAME.scene.words has "
-      "all that the\n"
-      "asset places; not if that is one object as it is. The texts have only what these words need, of "
-      "planes, network,\n"
-      "triangles, scenes and first hits. docs/shaders.md explains all.\n\n"
+      "Writes nif.glsl, nif.hlsl, nif.metal and nif.wgsl, the functions to include, and for each object "
+      "that\n"
+      "shaders can answer NAME.object-N.words, 32-bit words to be bound as a read-only buffer. If they can\n"
+      "answer all objects, NAME.scene.words has all that the asset places; not if that is one object as it "
+      "is.\n"
+      "The texts have only what these words need, of planes, network, triangles, scenes and first hits.\n"
+      "docs/shaders.md explains all.\n\n"
       "Examples:\n"
       "  nif export-shader dragon.nif -o shaders\n"
       "  nif export-shader town.nif -o shaders --object 3 --json\n"
