@@ -19,8 +19,10 @@ struct MergeOptions {
   std::vector<std::string> nodes;   ///< only these merge; empty: all
   std::vector<std::string> except;  ///< these stay separate
   /// Limit for triangles that merging adds: a mesh placed k times becomes k copies instead of one. Nothing: a
-  /// default if that is enough for everything that could merge, otherwise 0 (mesh::kAddedTriangles).
+  /// default if that is enough for everything that could merge, otherwise 0.
   std::optional<uint64_t> added_triangles;
+  /// That default: a tenth of the triangles that merge without copies, or else mesh::kAddedTriangles.
+  bool few_copies = false;
   uint64_t part_triangles = 0;    ///< meshes with at least this many are not copied
   uint64_t object_triangles = 0;  ///< limit for one merged mesh
   /// Also what the joints of one skin move, of a scene that was read with ReadLimits::skins. What has morph targets or holes stays.

@@ -373,10 +373,13 @@ class Merger {
     const auto added = [&](uint32_t m) {
       return weights_[m] * (merging[m] - (merging[m] == placed_[m] ? 1 : 0));
     };
-    uint64_t wanted = 0;
-    for (const uint32_t m : meshes) wanted += added(m);
-    const uint64_t budget =
-        options_.added_triangles.value_or(wanted <= kAddedTriangles ? kAddedTriangles : 0);
+    uint64_t wanted = 0, merging_once = 0;
+    for (const uint32_t m : meshes) {
+      wanted += added(m);
+      if (placed_[m] == 1) merging_once += weights_[m];
+    }
+    const uint64_t most = options_.few_copies ? merging_once / kTrianglesForAdded : kAddedTriangles;
+    const uint64_t budget = options_.added_triangles.value_or(wanted <= most ? most : 0);
     merging_.options.added_triangles = budget;
     std::vector<bool> fits(scene_.meshes.size());
     for (const uint32_t m : meshes) {
@@ -583,9 +586,9 @@ class Merger {
 
 Scene merge(Scene scene, const MergeOptions& options) { return Merger(std::move(scene), options).run(); }
 
-MergeOptions only_placed_once() {
+MergeOptions few_copies() {
   MergeOptions options;
-  options.added_triangles = 0;
+  options.few_copies = true;
   options.part_triangles = kPartTriangles;
   options.object_triangles = kObjectTriangles;
   return options;

@@ -17,6 +17,8 @@ inline constexpr uint64_t kObjectTriangles = 150'000;
 /// none. Merging only some of many copies slows down the instances that stay, and merging all of them is too
 /// much for the caches.
 inline constexpr uint64_t kAddedTriangles = 1'000'000;
+/// With MergeOptions::few_copies, merging may add one triangle for so many that merge without copies.
+inline constexpr uint64_t kTrianglesForAdded = 10;
 
 /// Returns the scene with fewer instances and the same triangles in the same places. Positions are rounded
 /// once, to single precision (FlatScene); the triangles of mirrored instances are flipped. Instances that
@@ -41,7 +43,7 @@ inline constexpr uint64_t kAddedTriangles = 1'000'000;
 /// threads. Throws Error(too_large) if there is not enough memory.
 Scene merge(Scene scene, const MergeOptions& options);
 
-/// What merges if nothing is asked for: what is placed once, so that nothing is copied.
-MergeOptions only_placed_once();
+/// What merges if nothing is asked for: what is placed once, and what is small if its copies add little to that.
+MergeOptions few_copies();
 
 }  // namespace nif::mesh

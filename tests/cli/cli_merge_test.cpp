@@ -293,10 +293,12 @@ TEST_F(MergedAsset, ManifestsHaveTheSameKeys) {
 /// What is merged if nothing is asked for.
 class MergedByDefault : public testing::Test {
  protected:
+  MergedByDefault() : town_(town("town.glb", icosphere(2))) {}
+
   /// A house, a tower and ground, placed once each, and three trees.
-  MergedByDefault() {
+  std::string town(const char* name, const mesh::Mesh& tree) {
     mesh::Scene scene;
-    scene.meshes = {icosphere(3), torus(40, 20), cube(), icosphere(1)};
+    scene.meshes = {icosphere(3), torus(40, 20), cube(), tree};
     scene.instances = {{"house", 0, {1, 0, 0, 5, 0, 1, 0, 0, 0, 0, 1, 0}},
                        {"tree.1", 3, {1, 0, 0, 0, 0, 1, 0, 5, 0, 0, 1, 0}},
                        {"tower", 1, {1, 0, 0, -5, 0, 1, 0, 0, 0, 0, 1, 0}},
@@ -304,7 +306,7 @@ class MergedByDefault : public testing::Test {
                        {"ground", 2, {9, 0, 0, 0, 0, 9, 0, 0, 0, 0, 9, -12}},
                        {"tree.3", 3, {1, 0, 0, 6, 0, 1, 0, 5, 0, 0, 1, 0}}};
     const std::vector<std::byte> bytes = mesh::encode_glb(scene);
-    town_ = folder_.write("town.glb", {reinterpret_cast<const char*>(bytes.data()), bytes.size()}).string();
+    return folder_.write(name, {reinterpret_cast<const char*>(bytes.data()), bytes.size()}).string();
   }
 
   std::string path(const std::string& name) const { return (folder_.path() / name).string(); }
@@ -317,8 +319,18 @@ class MergedByDefault : public testing::Test {
   }
 
   const TempDir folder_;
-  std::string town_;
+  const std::string town_;
 };
+
+TEST_F(MergedByDefault, FewCopiesAreMade) {
+  const std::string small = town("small.glb", icosphere(1));
+  const json report = bake(small, path("small.nif"), {"--encoding", "bvh"});
+  EXPECT_EQ(report["instances"], 1);
+  EXPECT_EQ(report["merge"]["added_triangles"], 160);
+  const Outcome eval = nif({"eval", path("small.nif"), "--mesh", small, "--hits", "--rays", "5000", "--json"});
+  ASSERT_EQ(eval.code, 0) << eval.err;
+  EXPECT_NE(eval.out.find("\"wrong\": 0"), std::string::npos) << eval.out;
+}
 
 TEST_F(MergedByDefault, WhatIsPlacedOnceIsOneObject) {
   const json report = bake(town_, path("town.nif"), {});

@@ -271,27 +271,63 @@ TEST(Merge, MeshesThatAreNotSmallAreNotCopied) {
   EXPECT_EQ(limited.merging->merged[0].parts.size(), 11u);
 }
 
-TEST(Merge, OnlyWhatIsPlacedOnceIfNothingIsAsked) {
-  Scene scene = square_of_cubes(3);
+TEST(Merge, OnlyWhatIsPlacedOnceWhereCopiesAddMuch) {
+  Scene scene = square_of_cubes(9);
   scene.meshes.insert(scene.meshes.end(), {icosphere(4), torus(40, 20), icosphere(2), icosphere(2)});
   scene.instances.push_back(instance("house", 1, at(0, 0, 9)));
   scene.instances.push_back(instance("road", 2, at(9, 0, 9)));
   scene.instances.push_back(instance("tree", 3, at(0, 9, 9)));
   scene.instances.push_back(instance("equal tree", 4, at(9, 9, 9)));
-  const Scene after = mesh::merge(scene, mesh::only_placed_once());
-  expect_all_counted(after, 13);
+  const Scene after = mesh::merge(scene, mesh::few_copies());
+  expect_all_counted(after, 85);
   EXPECT_EQ(after.merging->added_triangles, 0u);
-  EXPECT_EQ(stay(after, Stays::over_budget), 11u);
+  EXPECT_EQ(stay(after, Stays::over_budget), 83u);
   ASSERT_EQ(after.merging->merged.size(), 1u);
   EXPECT_EQ(after.merging->merged[0].parts[0].name, "house") << "of 5,120 triangles";
   EXPECT_EQ(after.merging->merged[0].parts[0].triangles, 5'120u);
   EXPECT_EQ(after.merging->merged[0].parts[1].name, "road");
   EXPECT_EQ(triangles_of(after), triangles_of(scene));
   scene.meshes[2].triangles.resize(mesh::kObjectTriangles, scene.meshes[2].triangles[0]);
-  const Scene large = mesh::merge(scene, mesh::only_placed_once());
+  const Scene large = mesh::merge(scene, mesh::few_copies());
   EXPECT_TRUE(large.merging->merged.empty());
   EXPECT_EQ(stay(large, Stays::too_large), 1u);
   EXPECT_EQ(stay(large, Stays::alone), 1u);
+}
+
+TEST(Merge, FewCopiesAreMadeIfNothingIsAsked) {
+  // 9 cubes of 12 triangles: 8 copies add 96.
+  Scene scene = square_of_cubes(3);
+  const auto with_road = [&](uint64_t triangles) {
+    Scene all = scene;
+    all.meshes.push_back(torus(40, 20));
+    all.meshes.back().triangles.resize(triangles, all.meshes.back().triangles[0]);
+    all.instances.push_back(instance("road", uint32_t(all.meshes.size() - 1), at(9, 0, 9)));
+    return all;
+  };
+  const Scene few = mesh::merge(with_road(960), mesh::few_copies());
+  expect_all_counted(few, 10);
+  ASSERT_EQ(few.merging->merged.size(), 1u);
+  EXPECT_EQ(few.merging->merged[0].parts.size(), 10u);
+  EXPECT_EQ(few.merging->added_triangles, 96u);
+  EXPECT_EQ(few.merging->options.added_triangles, 96u) << "which a file keeps";
+  EXPECT_EQ(triangles_of(few), triangles_of(with_road(960)));
+  const Scene repeated = mesh::merge(with_road(960), few.merging->options);
+  EXPECT_EQ(repeated.merging->merged[0].parts.size(), 10u);
+
+  const Scene many = mesh::merge(with_road(959), mesh::few_copies());
+  EXPECT_TRUE(many.merging->merged.empty());
+  EXPECT_EQ(stay(many, Stays::over_budget), 9u);
+  EXPECT_EQ(stay(many, Stays::alone), 1u);
+  EXPECT_EQ(many.merging->options.added_triangles, 0u);
+
+  // All copies or none, and never those of large meshes.
+  scene.meshes.push_back(icosphere(2));  // 320 triangles
+  scene.meshes.push_back(icosphere(3));  // 1,280
+  for (const uint32_t mesh : {1u, 1u, 2u, 2u}) scene.instances.push_back(instance("tree", mesh, at(0, 9, 9)));
+  EXPECT_TRUE(mesh::merge(with_road(4150), mesh::few_copies()).merging->merged.empty());
+  const Scene all = mesh::merge(with_road(4160), mesh::few_copies());
+  EXPECT_EQ(all.merging->added_triangles, 96u + 320);
+  EXPECT_EQ(stay(all, Stays::large_copy), 2u);
 }
 
 TEST(Merge, VerticesThatNoTriangleUsesCountInTheBudget) {
@@ -422,7 +458,7 @@ std::vector<std::vector<std::string>> parts_of(const Scene& scene) {
 using Parts = std::vector<std::vector<std::string>>;
 
 TEST(Merge, WhatMovesTogetherIsOneObjectInThePlaceOfItsFirst) {
-  const Scene before = Crane().read(), after = mesh::merge(before, mesh::only_placed_once());
+  const Scene before = Crane().read(), after = mesh::merge(before, mesh::few_copies());
   expect_all_counted(after, 7);
   EXPECT_EQ(parts_of(after), (Parts{{"arm", "hook"}, {"base", "ground"}, {"tyre", "rim"}}));
   EXPECT_EQ(stay(after, Stays::moves), 1u) << "the pulley";
@@ -442,7 +478,7 @@ TEST(Merge, WhatAnAnimationBelowSeparatesStays) {
   auto& channels = crane.gltf.json["animations"][0]["channels"];
   channels.push_back({{"sampler", 0}, {"target", {{"node", 3}, {"path", "translation"}}}});  // the rope
   channels.push_back({{"sampler", 0}, {"target", {{"node", 1}, {"path", "scale"}}}});        // the ground
-  const Scene after = mesh::merge(crane.read(), mesh::only_placed_once());
+  const Scene after = mesh::merge(crane.read(), mesh::few_copies());
   EXPECT_EQ(parts_of(after), (Parts{{"tyre", "rim"}}));
   EXPECT_EQ(stay(after, Stays::moves), 4u) << "arm, hook, ground and pulley";
   EXPECT_EQ(stay(after, Stays::alone), 1u) << "the base";
@@ -451,7 +487,7 @@ TEST(Merge, WhatAnAnimationBelowSeparatesStays) {
 TEST(Merge, WithoutAnimationsAllIsOneObject) {
   Crane crane;
   crane.gltf.json.erase("animations");
-  EXPECT_EQ(parts_of(mesh::merge(crane.read(), mesh::only_placed_once())),
+  EXPECT_EQ(parts_of(mesh::merge(crane.read(), mesh::few_copies())),
             (Parts{{"base", "arm", "hook", "tyre", "rim", "pulley", "ground"}}));
 }
 
@@ -463,7 +499,7 @@ TEST(Merge, WhatDeformsStays) {
       {{"POSITION", meshes[1]["primitives"][0]["attributes"]["POSITION"]}}};
   crane.gltf.json["nodes"][4]["skin"] = 0;
   crane.gltf.json["skins"] = {{{"joints", {0}}}};
-  const Scene after = mesh::merge(crane.read(), mesh::only_placed_once());
+  const Scene after = mesh::merge(crane.read(), mesh::few_copies());
   EXPECT_EQ(parts_of(after), (Parts{{"base", "arm", "tyre", "rim", "pulley"}}))
       << "ground morphs, hook is skinned";
   EXPECT_EQ(stay(after, Stays::deforms), 2u);
@@ -474,7 +510,7 @@ TEST(Merge, WhatIsInstancedStays) {
   crane.gltf.json.erase("animations");
   const int places = crane.gltf.positions({{0, 0, 0}, {0, 0, 5}});
   crane.gltf.json["nodes"][7]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"] = places;
-  const Scene after = mesh::merge(crane.read(), mesh::only_placed_once());
+  const Scene after = mesh::merge(crane.read(), mesh::few_copies());
   EXPECT_EQ(parts_of(after), (Parts{{"base", "arm", "hook", "tyre", "pulley", "ground"}}));
   EXPECT_EQ(stay(after, Stays::over_budget), 2u) << "both rims";
 }
@@ -484,7 +520,7 @@ TEST(Merge, BodiesOfPhysicsMove) {
     Crane crane;
     crane.gltf.json.erase("animations");
     crane.gltf.json["nodes"][2]["extensions"][name] = nlohmann::json::parse(body);
-    return parts_of(mesh::merge(crane.read(), mesh::only_placed_once()));
+    return parts_of(mesh::merge(crane.read(), mesh::few_copies()));
   };
   const Parts apart{{"arm", "hook", "tyre", "rim"}, {"base", "pulley", "ground"}};
   EXPECT_EQ(with("KHR_physics_rigid_bodies", R"({"motion": {"mass": 3}})"), apart);

@@ -186,7 +186,7 @@ void expect_merged_alike(const Scene& whole, const std::vector<mesh::PosedInstan
 }
 
 mesh::MergeOptions with_skins() {
-  mesh::MergeOptions options = mesh::only_placed_once();
+  mesh::MergeOptions options = mesh::few_copies();
   options.skins = true;
   return options;
 }
@@ -211,7 +211,7 @@ TEST(PoserTest, MovesWhatIsMergedBySkin) {
   const std::string bytes = gltf.glb();
   const Scene whole = mesh::read(kTube, bytes, keeping_skins());
   ASSERT_EQ(whole.instances.size(), 5u);
-  EXPECT_EQ(mesh::merge(whole, mesh::only_placed_once()).instances.size(), 5u) << "only if asked for";
+  EXPECT_EQ(mesh::merge(whole, mesh::few_copies()).instances.size(), 5u) << "only if asked for";
   const Scene merged = mesh::merge(whole, with_skins());
   ASSERT_EQ(merged.instances.size(), 4u);
   ASSERT_EQ(merged.merging->merged.size(), 1u);

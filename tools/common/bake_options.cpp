@@ -97,7 +97,7 @@ std::optional<mesh::MergeOptions> resolve_merging(const BakeArguments& arguments
         Status::usage,
         "--merge and --view cannot be used together: the rays of a view are for the meshes of the scene "
         "as they are");
-  mesh::MergeOptions options = mesh::only_placed_once();
+  mesh::MergeOptions options = mesh::few_copies();
   options.nodes = arguments.merge_nodes;
   options.except = arguments.merge_except;
   options.skins = arguments.deforms;
@@ -108,7 +108,7 @@ std::optional<mesh::MergeOptions> resolve_merging(const BakeArguments& arguments
       throw Error(Status::usage, fmt::format("{} can be given {} times at most; use a pattern", name,
                                              bake::kMostMergeNames));
   if (!arguments.merge) return options;
-  options.added_triangles = {};
+  options.few_copies = false;
   if (!arguments.merge_below.empty())
     options.part_triangles = parse_count(arguments.merge_below, "--merge-below");
   options.object_triangles = std::max(mesh::kObjectTriangles, options.part_triangles);
@@ -365,9 +365,10 @@ void add_bake_options(Command command, BakeArguments& arguments) {
                    "Every triangle is solid, whatever its material says");
   command.add_flag(
       "--merge", arguments.merge,
-      "Also merge small meshes that are placed several times: thousands of objects and instances "
-      "become tens, which is usually faster. By default, only meshes that are placed once are "
-      "merged. Nothing that moves against others is. Names stay in the metadata");
+      "Also merge small meshes that are placed many times: thousands of objects and instances "
+      "become tens, which is usually faster. By default, meshes that are placed once are merged, and "
+      "small copies that add at most a tenth to them. Nothing that moves against others is. Names stay "
+      "in the metadata");
   command.add_flag("--no-merge", arguments.no_merge,
                    "Keep an object for each mesh, and an instance for each place: for programs that move or "
                    "hide meshes that no animation moves, and for nif attach. With --colors, --max-bytes and "

@@ -41,7 +41,7 @@ void add_bake_options(Command command, BakeArguments& arguments);
 bake::BakeOptions resolve_options(const BakeArguments& arguments);
 
 /// Options for merging the scene before the bake; none if it is not merged. Without --merge these are
-/// mesh::only_placed_once(), unless the quality of answers may depend on voxels, which are finer for small
+/// mesh::few_copies(), unless the quality of answers may depend on voxels, which are finer for small
 /// objects. Like resolve_options(), throws for invalid values and contradictions.
 std::optional<mesh::MergeOptions> resolve_merging(const BakeArguments& arguments);
 
