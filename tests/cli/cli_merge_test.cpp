@@ -327,7 +327,8 @@ TEST_F(MergedByDefault, FewCopiesAreMade) {
   const json report = bake(small, path("small.nif"), {"--encoding", "bvh"});
   EXPECT_EQ(report["instances"], 1);
   EXPECT_EQ(report["merge"]["added_triangles"], 160);
-  const Outcome eval = nif({"eval", path("small.nif"), "--mesh", small, "--hits", "--rays", "5000", "--json"});
+  const Outcome eval =
+      nif({"eval", path("small.nif"), "--mesh", small, "--hits", "--rays", "5000", "--json"});
   ASSERT_EQ(eval.code, 0) << eval.err;
   EXPECT_NE(eval.out.find("\"wrong\": 0"), std::string::npos) << eval.out;
 }
