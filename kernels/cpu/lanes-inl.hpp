@@ -63,6 +63,27 @@ HWY_INLINE hn::Mask<Floats> mask_of(uint32_t bits) {
   return hn::LoadMaskBits(Floats(), bytes);
 }
 
+#if HWY_TARGET != HWY_WASM  // where Highway lacks doubles
+/// Vectors with so few rays that their doubles fill one.
+using Doubles = hn::CappedTag<double, 8>;
+using FewFloats = hn::Rebind<float, Doubles>;
+using FewInts = hn::Rebind<int32_t, Doubles>;
+constexpr uint32_t kDoubles = uint32_t(hn::MaxLanes(Doubles()));
+
+/// Of any vector of kDoubles lanes.
+template <class D>
+HWY_INLINE uint32_t bits_of_few(D d, hn::Mask<D> mask) {
+  uint8_t bytes[8] = {};
+  hn::StoreMaskBits(d, mask, bytes);
+  return uint32_t(bytes[0]);
+}
+/// Bits beyond kDoubles must be 0.
+HWY_INLINE hn::Mask<FewFloats> mask_of_few(uint32_t bits) {
+  const uint8_t bytes[8] = {uint8_t(bits)};
+  return hn::LoadMaskBits(FewFloats(), bytes);
+}
+#endif
+
 /// The chosen lanes of v, moved to the front; the lanes after them are undefined.
 template <class V>
 HWY_INLINE V gather_lanes(uint32_t lanes, V v) {

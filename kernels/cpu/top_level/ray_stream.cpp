@@ -347,10 +347,86 @@ void pack_stream(RayStream& stream) {
   stream.dropped = 0;
 }
 
+#if HWY_TARGET != HWY_WASM
+/// world_normal() of the hits from number k on, of `lanes`, with its operations in their order. `transform`: of all of these, null for
+/// the identity.
+HWY_INLINE void turn_hits(const SegmentBatch& rays, const WorldToObject* transform, uint32_t k,
+                          uint32_t lanes, HitBatch& hits) {
+  const Doubles d;
+  const FewFloats df;
+  const auto column = [&](const float* of) HWY_ATTR { return hn::PromoteTo(d, hn::LoadU(df, of + k)); };
+  using V = hn::Vec<Doubles>;
+  const V zero = hn::Zero(d);
+  const V along[3] = {column(rays.direction[0]), column(rays.direction[1]), column(rays.direction[2])};
+  V normal[3] = {column(hits.normal[0]), column(hits.normal[1]), column(hits.normal[2])};
+  const auto dot = [&](const V* a, const V* b) HWY_ATTR {
+    return hn::Add(hn::Add(hn::Add(zero, hn::Mul(a[0], b[0])), hn::Mul(a[1], b[1])), hn::Mul(a[2], b[2]));
+  };
+  if (transform) {
+    const V local[3] = {normal[0], normal[1], normal[2]};
+    for (uint32_t a = 0; a < 3; ++a) {
+      const auto times = [&](uint32_t row) HWY_ATTR {
+        return hn::Mul(hn::Set(d, double{transform->inverse[3 * row + a]}), local[row]);
+      };
+      normal[a] = hn::Add(hn::Add(times(0), times(1)), times(2));
+    }
+  }
+  V square = dot(normal, normal);
+  const auto lacks = hn::Not(hn::Gt(square, zero));
+  if (HWY_UNLIKELY(!hn::AllFalse(d, lacks))) {
+    for (uint32_t a = 0; a < 3; ++a) normal[a] = hn::IfThenElse(lacks, hn::Neg(along[a]), normal[a]);
+    square = hn::IfThenElse(lacks, dot(along, along), square);
+  }
+  const auto away = hn::Gt(dot(normal, along), zero);
+  const V length = hn::Sqrt(square);
+  for (uint32_t a = 0; a < 3; ++a) {
+    const V turned = hn::Div(hn::IfThenElse(away, hn::Neg(normal[a]), normal[a]), length);
+    hn::BlendedStore(hn::DemoteTo(df, turned), mask_of_few(lanes), df, hits.normal[a] + k);
+  }
+}
+
+HWY_NOINLINE void turn_hit(const SegmentBatch& rays, const WorldToObject& transform, uint32_t i,
+                           HitBatch& hits) {
+  const float normal[3] = {hits.normal[0][i], hits.normal[1][i], hits.normal[2][i]};
+  const float direction[3] = {rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]};
+  float turned[3];
+  world_normal(&transform, normal, direction, turned);
+  for (uint32_t a = 0; a < 3; ++a) hits.normal[a][i] = turned[a];
+}
+
+void turn_normals(const SegmentBatch& rays, const PlacedInstance* instances, const uint32_t* in,
+                  HitBatch& hits) {
+  const FewInts di;
+  const auto none = hn::Set(di, int32_t(kNoInstance));
+  for (uint32_t k = 0; k < rays.count; k += kDoubles) {
+    const auto of = hn::LoadU(di, reinterpret_cast<const int32_t*>(in + k));
+    uint32_t left = bits_of_few(di, hn::Ne(of, none));
+    if (rays.count - k < kDoubles) left &= (1u << (rays.count - k)) - 1;
+    uint32_t identity = 0;
+    for (uint32_t lanes = left; lanes != 0; lanes &= lanes - 1)
+      identity |= uint32_t(instances[in[k + lowest_bit(lanes)]].identity) << lowest_bit(lanes);
+    if (identity != 0) turn_hits(rays, nullptr, k, identity, hits);
+    for (left &= ~identity; left != 0;) {
+      const uint32_t number = in[k + lowest_bit(left)];
+      const uint32_t same = left & bits_of_few(di, hn::Eq(of, hn::Set(di, int32_t(number))));
+      if ((same & (same - 1)) == 0)
+        turn_hit(rays, instances[number].to_object, k + lowest_bit(same), hits);
+      else
+        turn_hits(rays, &instances[number].to_object, k, same, hits);
+      left &= ~same;
+    }
+  }
+}
+#endif
+
 }  // namespace
 
-constexpr StreamFunctions kStreamFunctions = {start_stream, meet_stream, narrow_stream, join_hits,
-                                              pack_stream};
+constexpr StreamFunctions kStreamFunctions = {start_stream, meet_stream, narrow_stream,
+                                              join_hits,    pack_stream,
+#if HWY_TARGET != HWY_WASM
+                                              turn_normals
+#endif
+};
 
 }  // namespace nif::kernels::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

@@ -12,6 +12,7 @@
 #include "kernels/reference/instance.hpp"
 #include "kernels/reference/object_kernel.hpp"
 #include "kernels/reference/scene_field.hpp"
+#include "kernels/reference/scene_hit.hpp"
 
 namespace nif::kernels::cpu {
 
@@ -70,6 +71,11 @@ struct StreamFunctions {
                uint32_t* instances);
   /// Removes the entries that were dropped, or whose tmax is below their tmin.
   void (*pack)(RayStream& stream);
+#ifndef __wasm__  // where Highway lacks doubles
+  /// Turns the normals of the batch's hits as world_normal() does. `in` [kBatchRoom]: the instance of each ray's hit, an index
+  /// into `instances`; kNoInstance: there is no hit.
+  void (*turn)(const SegmentBatch& rays, const PlacedInstance* instances, const uint32_t* in, HitBatch& hits);
+#endif
 };
 /// The isa must be available().
 const StreamFunctions& stream_functions(Isa isa);

@@ -312,7 +312,7 @@ class FirstTriangle {
                                uint32_t axis) const {
     if (HWY_UNLIKELY(!candidates_.has_room(kMostLarge))) finish();
     for (auto open = uint32_t(hits.open[lane]); open != 0; open &= open - 1)
-      candidates_.add(number, axis, tree.field.extent, corners_at(tree, lowest_bit(open)));
+      add_candidate(tree, number, axis, lowest_bit(open));
   }
   /// A ray that goes on to the tree.
   HWY_INLINE void go_on_from_large(const LargeHits& hits, uint32_t lane,
@@ -435,8 +435,11 @@ class FirstTriangle {
                                  const RayCandidates<Child>& found) const {
     if (HWY_UNLIKELY(!candidates_.has_room(State::kMost))) finish();
     for (uint32_t k = 0; k < found.count; ++k)
-      if (found.low[k] <= found.bound)
-        candidates_.add(ray, axis, tree.field.extent, corners_at(tree, found.places[k]));
+      if (found.low[k] <= found.bound) add_candidate(tree, ray, axis, found.places[k]);
+  }
+  HWY_INLINE void add_candidate(const BvhTree& tree, uint32_t ray, uint32_t axis, Child place) const {
+    candidates_.add(ray, axis, tree.field.extent, tree.decoded.leaves[place / kBvhLeafTriangles],
+                    place % kBvhLeafTriangles);
   }
   static HWY_INLINE TriangleCorners corners_at(const BvhTree& tree, Child place) {
     return corners_of(tree.decoded.leaves[place / kBvhLeafTriangles], place % kBvhLeafTriangles);

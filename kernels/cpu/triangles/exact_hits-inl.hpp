@@ -40,14 +40,15 @@ struct HitCandidates {
   uint32_t count;
 
   bool has_room(uint32_t more) const { return count + more <= kRoom; }
-  HWY_INLINE void add(uint32_t ray, uint32_t axis, float extent, const TriangleCorners& triangle) {
+  /// Requires room.
+  HWY_INLINE void add(uint32_t ray, uint32_t axis, float extent, const DecodedLeaf& leaf, uint32_t lane) {
     rays[count] = ray;
     extents[count] = extent;
-    triangles[count] = triangle.triangle;
+    triangles[count] = leaf.triangles[lane];
     axes[count] = axis;
     const uint8_t* const order = kAxisOrder[axis];
-    for (uint32_t k = 0; k < 3; ++k)
-      for (uint32_t i = 0; i < 3; ++i) corners[k][i][count] = triangle.corners[k][order[i]];
+    for (uint32_t i = 0; i < 3; ++i)
+      for (uint32_t k = 0; k < 3; ++k) corners[k][i][count] = leaf.corners[k][order[i]][lane];
     ++count;
   }
   /// Fills the lanes after the last candidate, for vectors that are read whole. Requires one.
@@ -59,10 +60,6 @@ struct HitCandidates {
     }
   }
 };
-
-/// A candidate in each lane.
-using Doubles = hn::CappedTag<double, 8>;
-constexpr uint32_t kDoubles = uint32_t(hn::MaxLanes(Doubles()));
 
 /// What the reference finds about triangles, one in a lane.
 template <class V>
@@ -96,54 +93,74 @@ HWY_INLINE ExactTest<V> test_exactly(const V (&x)[3], const V (&y)[3], const V (
   const auto sum_of = [&](const V* by, const V* v, V first) HWY_ATTR {
     return hn::Add(hn::Add(first, hn::Mul(by[1], v[1])), hn::Mul(by[2], v[2]));
   };
-  const V weights[3] = {hn::Div(side[0], sum), hn::Div(side[1], sum), hn::Div(side[2], sum)};
-  const auto mean = [&](const V* v) HWY_ATTR {
-    return sum_of(weights, v, hn::Add(hn::Zero(d), hn::Mul(weights[0], v[0])));  // -0 becomes 0
-  };
-  const auto off = hn::Max(hn::Abs(mean(x)), hn::Abs(mean(y)));
-  const auto near = hn::Le(off, hn::Mul(hn::Set(d, double{kPointNear}), error));
-  const auto beside = hn::Gt(apart, hn::Zero(d));
-  const auto close = hn::AndNot(missed, hn::Or(beside, hn::AndNot(near, narrow)));
-  const V depth = hn::IfThenElse(narrow, mean(z), hn::Div(sum_of(side, z, hn::Mul(side[0], z[0])), sum));
+  const V second = hn::Div(side[1], sum), third = hn::Div(side[2], sum);
+  auto close = hn::Gt(apart, hn::Zero(d));  // passed beside
+  V depth = hn::Div(sum_of(side, z, hn::Mul(side[0], z[0])), sum);
+  if (HWY_UNLIKELY(!hn::AllFalse(d, narrow))) {
+    const V weights[3] = {hn::Div(side[0], sum), second, third};
+    const auto mean = [&](const V* v) HWY_ATTR {
+      return sum_of(weights, v, hn::Add(hn::Zero(d), hn::Mul(weights[0], v[0])));  // -0 becomes 0
+    };
+    const auto off = hn::Max(hn::Abs(mean(x)), hn::Abs(mean(y)));
+    const auto near = hn::Le(off, hn::Mul(hn::Set(d, double{kPointNear}), error));
+    close = hn::Or(close, hn::AndNot(near, narrow));
+    depth = hn::IfThenElse(narrow, mean(z), depth);
+  }
+  close = hn::AndNot(missed, close);
   const V t = hn::Div(depth, length);
   const auto in_range = hn::And(hn::Le(tmin, t), hn::Le(t, tmax));
   const auto met = hn::And(in_range, hn::AndNot(hn::Or(missed, close), hn::Ne(sum, hn::Zero(d))));
-  return {met, close, t, weights[1], weights[2]};
+  return {met, close, t, second, third};
 }
 
-/// What is known of as many candidates as there are lanes.
+/// What is known of a candidate in each lane.
 struct CandidateHits {
   alignas(64) double t[kDoubles];
   alignas(64) float hit_t[kDoubles], u[kDoubles], v[kDoubles];  ///< as in Hit
   alignas(64) float normal[3][kDoubles];
   uint32_t met, close;  ///< lanes as bits; close: the reference must decide
+  bool in_order;        ///< the candidates are of rays that follow each other, as neighbouring pixels do
 };
 
 HWY_NOINLINE inline void test_candidates(const SegmentBatch& batch, const HitCandidates& candidates,
                                          uint32_t first, CandidateHits& hits) {
   const Doubles d;
-  const hn::Rebind<float, Doubles> df;
-  const hn::Rebind<int32_t, Doubles> di;
+  const FewFloats df;
+  const FewInts di;
   using D = hn::Vec<Doubles>;
   const auto wide = [&](auto v) HWY_ATTR { return hn::PromoteTo(d, v); };
   const auto words = [&](const uint32_t* column)
                          HWY_ATTR { return hn::LoadU(di, reinterpret_cast<const int32_t*>(column + first)); };
   const auto ray = words(candidates.rays);
-  const auto of_batch = [&](const float* column) HWY_ATTR { return hn::GatherIndex(df, column, ray); };
+  const uint32_t first_ray = candidates.rays[first];
+  hits.in_order = hn::AllTrue(di, hn::Eq(ray, hn::Iota(di, int32_t(first_ray))));
+  const auto of_batch = [&](const float* column) HWY_ATTR {
+    return hits.in_order ? hn::LoadU(df, column + first_ray) : hn::GatherIndex(df, column, ray);
+  };
   // As in prepare_for_triangles().
   const auto axis_z = words(candidates.axes), zero = hn::Zero(di), one = hn::Set(di, 1), two = hn::Set(di, 2);
   const auto next = [&](auto axis)
                         HWY_ATTR { return hn::IfThenElse(hn::Eq(axis, two), zero, hn::Add(axis, one)); };
   const auto axis_x = next(axis_z), axis_y = next(axis_x);
   const decltype(ray) axis[3] = {axis_x, axis_y, axis_z};
+  const uint32_t first_axis = candidates.axes[first];
+  const bool in_rows = hits.in_order && hn::AllTrue(di, hn::Eq(axis_z, hn::Set(di, int32_t(first_axis))));
   D origin[3], direction[3];
   auto far = hn::LoadU(df, candidates.extents + first);
   for (uint32_t i = 0; i < 3; ++i) {
-    const auto at = hn::Add(hn::Mul(axis[i], hn::Set(di, int32_t(kBatchRoom))), ray);
-    const auto start = hn::GatherIndex(df, batch.origin[0], at);
+    auto start = hn::Zero(df), along = start;
+    if (in_rows) {
+      const uint32_t row = kAxisOrder[first_axis][i];
+      start = hn::LoadU(df, batch.origin[row] + first_ray);
+      along = hn::LoadU(df, batch.direction[row] + first_ray);
+    } else {
+      const auto at = hn::Add(hn::Mul(axis[i], hn::Set(di, int32_t(kBatchRoom))), ray);
+      start = hn::GatherIndex(df, batch.origin[0], at);
+      along = hn::GatherIndex(df, batch.direction[0], at);
+    }
     far = hn::Max(hn::Abs(start), far);
     origin[i] = wide(start);
-    direction[i] = wide(hn::GatherIndex(df, batch.direction[0], at));
+    direction[i] = wide(along);
   }
   const D length = direction[2];
   const D shear_x = hn::Div(direction[0], length), shear_y = hn::Div(direction[1], length);
@@ -158,13 +175,8 @@ HWY_NOINLINE inline void test_candidates(const SegmentBatch& batch, const HitCan
 
   const ExactTest<D> test =
       test_exactly(x, y, z, error, length, wide(of_batch(batch.tmin)), wide(of_batch(batch.tmax)));
-  const auto bits = [&](auto mask) HWY_ATTR {
-    uint8_t bytes[8] = {};
-    hn::StoreMaskBits(d, mask, bytes);
-    return uint32_t(bytes[0]);
-  };
-  hits.close = bits(test.close);
-  hits.met = bits(test.met);
+  hits.close = bits_of_few(d, test.close);
+  hits.met = bits_of_few(d, test.met);
   hn::Store(test.t, d, hits.t);
 
   // As in hit_at(). The normal's components have the order of `axis`, which is cyclic.
@@ -208,6 +220,29 @@ HWY_NOINLINE inline bool hit_by_reference(const SegmentBatch& batch, const HitCa
   return true;
 }
 
+/// Writes those of `lanes`, as set_hit() does. The candidates are in order.
+HWY_INLINE void set_hits(const CandidateHits& found, uint32_t lanes, const AnswerBatch& answers,
+                         const HitCandidates& candidates, uint32_t first, HitBatch& hits) {
+  const FewFloats df;
+  const FewInts di;
+  const uint32_t ray = candidates.rays[first];
+  const auto chosen = mask_of_few(lanes);
+  const auto put = [&](hn::Vec<FewFloats> of, float* column)
+                       HWY_ATTR { hn::BlendedStore(of, chosen, df, column + ray); };
+  const auto t = hn::Load(df, found.hit_t);
+  const auto certain = hn::RebindMask(
+      df, hn::Ne(hn::PromoteTo(di, hn::LoadU(hn::Rebind<uint8_t, Doubles>(), answers.certain + ray)),
+                 hn::Zero(di)));
+  put(t, hits.t);
+  put(hn::IfThenElse(certain, t, hn::Set(df, -kNoHit)), hits.low);
+  put(hn::IfThenElse(certain, t, hn::Set(df, kNoHit)), hits.high);
+  put(hn::Load(df, found.u), hits.u);
+  put(hn::Load(df, found.v), hits.v);
+  for (uint32_t a = 0; a < 3; ++a) put(hn::Load(df, found.normal[a]), hits.normal[a]);
+  hn::BlendedStore(hn::LoadU(di, reinterpret_cast<const int32_t*>(candidates.triangles + first)),
+                   hn::RebindMask(di, chosen), di, reinterpret_cast<int32_t*>(hits.triangle + ray));
+}
+
 /// Writes the first hit of each ray that has candidates, and forgets them.
 HWY_NOINLINE inline void finish_hits(const SegmentBatch& batch, const AnswerBatch& answers,
                                      HitCandidates& candidates, HitBatch& hits) {
@@ -221,7 +256,14 @@ HWY_NOINLINE inline void finish_hits(const SegmentBatch& batch, const AnswerBatc
     CandidateHits found;
     test_candidates(batch, candidates, first, found);
     uint32_t present = count - first < kDoubles ? (1u << (count - first)) - 1 : (1u << kDoubles) - 1;
-    for (present &= found.met | found.close; present != 0; present &= present - 1) {
+    present &= found.met | found.close;
+    if (found.in_order && found.close == 0 && candidates.rays[first] != last_ray) {
+      set_hits(found, present, answers, candidates, first, hits);
+      constexpr uint32_t kLast = kDoubles - 1;
+      if ((present >> kLast & 1) != 0) last_ray = candidates.rays[first + kLast], nearest = found.t[kLast];
+      continue;
+    }
+    for (; present != 0; present &= present - 1) {
       const uint32_t lane = lowest_bit(present), i = first + lane, ray = candidates.rays[i];
       const bool certain = answers.certain[ray] != 0;
       double t = found.t[lane];

@@ -131,6 +131,12 @@ void intersect_instances(const NifSceneObject& scene, bool masked, WorkArea& are
 }
 
 void turn_normals(const NifSceneObject& scene, WorkArea& area) {
+#ifndef __wasm__
+  if (const kernels::cpu::StreamFunctions* const streams = scene.device->streams) {
+    streams->turn(area.rays, scene.instances.data(), area.hit_instance, area.hits);
+    return;
+  }
+#endif
   for (uint32_t i = 0; i < area.rays.count; ++i) {
     if (area.hit_instance[i] == kNoInstance) continue;
     const Instance& instance = scene.instances[area.hit_instance[i]];

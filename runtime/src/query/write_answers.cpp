@@ -44,7 +44,7 @@ void find_color(const NifSceneObject& scene, const WorkArea& area, uint32_t i, f
 
 /// Writes value(0), value(1), ...
 template <class T, class Value>
-void write_each(T* array, uint64_t first, uint32_t count, const Value& value) {
+void write_each(T* array, uint64_t first, uint32_t count, Value value) {
   if (!array) return;
   char* to = reinterpret_cast<char*>(array) + first * sizeof(T);
   for (uint32_t i = 0; i < count; ++i, to += sizeof(T)) {
@@ -109,12 +109,13 @@ NIF_COMPUTES void write_hits(const NifSceneObject& scene, const NifHits& hits, u
   write_each(hits.hit, first, count, [&](uint32_t i) { return uint8_t(found.t[i] < kNoHit); });
   write_each(hits.certain, first, count,
              [&](uint32_t i) { return uint8_t(found.high[i] < kNoHit || found.low[i] == kNoHit); });
-  write_each(hits.triangle, first, count, [&](uint32_t i) {
+  const kernels::SourceTriangles* numbers = nullptr;
+  write_each(hits.triangle, first, count, [&, last = kNoInstance](uint32_t i) mutable {
     const uint32_t instance = area.hit_instance[i];
-    return instance == kNoInstance
-               ? kernels::kNoTriangle
-               : source_triangle(scene.objects[scene.instances[instance].object].details.source_triangles,
-                                 found.triangle[i]);
+    if (instance == kNoInstance) return kernels::kNoTriangle;
+    if (instance != last) numbers = &scene.objects[scene.instances[instance].object].details.source_triangles;
+    last = instance;
+    return source_triangle(*numbers, found.triangle[i]);
   });
   write_each(hits.object, first, count, [&](uint32_t i) {
     const uint32_t instance = area.hit_instance[i];
@@ -124,9 +125,11 @@ NIF_COMPUTES void write_hits(const NifSceneObject& scene, const NifHits& hits, u
     const uint32_t instance = area.hit_instance[i];
     return instance == kNoInstance ? 0 : scene.settings[instance].user;
   });
-  for (uint32_t i = 0; hits.normal && i < count; ++i) {
-    const float normal[3] = {found.normal[0][i], found.normal[1][i], found.normal[2][i]};
-    std::memcpy(reinterpret_cast<char*>(hits.normal) + (first + i) * sizeof(normal), normal, sizeof(normal));
+  if (hits.normal) {
+    // One by one: three together would be gathered in memory first, and read back before they are there.
+    char* to = reinterpret_cast<char*>(hits.normal) + first * sizeof(float[3]);
+    for (uint32_t i = 0; i < count; ++i)
+      for (int a = 0; a < 3; ++a, to += sizeof(float)) std::memcpy(to, &found.normal[a][i], sizeof(float));
   }
   for (uint32_t i = 0; hits.color && i < count; ++i) {
     float color[3];
