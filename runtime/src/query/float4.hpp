@@ -19,8 +19,13 @@ namespace nif::runtime {
 
 using Float4 = float __attribute__((vector_size(16)));
 
+#if defined(__SSE__)  // GCC 12 makes four instructions of the comparison
+inline Float4 min_of(Float4 a, Float4 b) { return _mm_min_ps(a, b); }
+inline Float4 max_of(Float4 a, Float4 b) { return _mm_max_ps(a, b); }
+#else
 inline Float4 min_of(Float4 a, Float4 b) { return a < b ? a : b; }
 inline Float4 max_of(Float4 a, Float4 b) { return a > b ? a : b; }
+#endif
 
 /// Bit i is set if a[i] <= b[i].
 inline uint32_t at_most(Float4 a, Float4 b) {

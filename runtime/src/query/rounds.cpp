@@ -2,6 +2,8 @@
 // object: by a radix sort, byte by byte, which allocates nothing.
 #include "query/rounds.hpp"
 
+#include <algorithm>
+
 namespace nif::runtime {
 namespace {
 
@@ -71,9 +73,35 @@ void bring_to_object(const NifSceneObject& scene, const Pair* pairs, uint32_t co
   }
 }
 
+void start_stream(const NifSceneObject& scene, bool masked, WorkArea& area) {
+  kernels::cpu::RayStream& stream = area.streams[0];
+  scene.device->streams->start(area.rays, masked ? area.mask : nullptr, stream);
+  std::fill_n(area.misses, area.rays.count, uint8_t(!scene.unproven));
+  if (stream.count == area.rays.count) return;
+  for (uint32_t i = 0; i < area.rays.count; ++i)
+    area.misses[i] &= uint8_t(area.rays.tmin[i] > area.rays.tmax[i]);
+  for (uint32_t k = 0; k < stream.count; ++k) area.misses[stream.ray[k]] = !scene.unproven;
+}
+
 uint32_t start_rays(const NifSceneObject& scene, Goal goal, WorkArea& area) {
   const std::span<const Node> nodes = scene.hierarchy.nodes();
   uint32_t active = 0;
+  const auto start = [&](uint32_t i) {
+    const uint32_t met = may_meet(nodes[0], TraversalRay(area, i));
+    area.cursors[i] = {order_of(goal, area, i).places_of(nodes[0], met), 0};
+    if (met != 0) area.active[active++] = uint16_t(i);
+  };
+#ifndef __wasm__  // where code size matters
+  if (scene.device->streams) {
+    start_stream(scene, false, area);
+    const kernels::cpu::RayStream& stream = area.streams[0];
+    for (uint32_t k = 0; k < stream.count && !nodes.empty(); ++k) {
+      for (int a = 0; a < 3; ++a) area.inverse[a][stream.ray[k]] = stream.inverse[a][k];
+      start(stream.ray[k]);
+    }
+    return active;
+  }
+#endif
   for (uint32_t i = 0; i < area.rays.count; ++i) {
     const Segment ray = segment_of(area.rays, i);
     kernels::BoxRay prepared;
@@ -81,9 +109,7 @@ uint32_t start_rays(const NifSceneObject& scene, Goal goal, WorkArea& area) {
     area.misses[i] = (askable || ray.tmin > ray.tmax) && !scene.unproven;
     if (!askable || nodes.empty()) continue;
     for (int a = 0; a < 3; ++a) area.inverse[a][i] = prepared.inverse[a];
-    const uint32_t met = may_meet(nodes[0], TraversalRay(area, i));
-    area.cursors[i] = {order_of(goal, area, i).places_of(nodes[0], met), 0};
-    if (met != 0) area.active[active++] = uint16_t(i);
+    start(i);
   }
   return active;
 }

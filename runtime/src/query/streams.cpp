@@ -1,8 +1,6 @@
 // Goes down the hierarchy depth first, with streams that narrow on the way.
 #include "query/streams.hpp"
 
-#include <algorithm>
-
 namespace nif::runtime {
 namespace {
 
@@ -17,16 +15,6 @@ bool has_inner_children(const Node& node) {
   for (uint32_t lane = 0; lane < kWidth; ++lane)
     if (node.lanes >> lane & 1 && !(node.child[lane] & kLeaf)) return true;
   return false;
-}
-
-void start_stream(const NifSceneObject& scene, bool masked, WorkArea& area) {
-  RayStream& stream = area.streams[0];
-  scene.device->streams->start(area.rays, masked ? area.mask : nullptr, stream);
-  std::fill_n(area.misses, area.rays.count, uint8_t(!scene.unproven));
-  if (stream.count == area.rays.count) return;
-  for (uint32_t i = 0; i < area.rays.count; ++i)
-    area.misses[i] &= uint8_t(area.rays.tmin[i] > area.rays.tmax[i]);
-  for (uint32_t k = 0; k < stream.count; ++k) area.misses[stream.ray[k]] = !scene.unproven;
 }
 
 }  // namespace

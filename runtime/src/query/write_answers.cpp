@@ -44,7 +44,7 @@ void find_color(const NifSceneObject& scene, const WorkArea& area, uint32_t i, f
 
 /// Writes value(0), value(1), ...
 template <class T, class Value>
-void write_each(T* array, uint64_t first, uint32_t count, Value value) {
+void write_each(T* array, uint64_t first, uint32_t count, const Value& value) {
   if (!array) return;
   char* to = reinterpret_cast<char*>(array) + first * sizeof(T);
   for (uint32_t i = 0; i < count; ++i, to += sizeof(T)) {
@@ -109,13 +109,12 @@ NIF_COMPUTES void write_hits(const NifSceneObject& scene, const NifHits& hits, u
   write_each(hits.hit, first, count, [&](uint32_t i) { return uint8_t(found.t[i] < kNoHit); });
   write_each(hits.certain, first, count,
              [&](uint32_t i) { return uint8_t(found.high[i] < kNoHit || found.low[i] == kNoHit); });
-  const kernels::SourceTriangles* numbers = nullptr;
-  write_each(hits.triangle, first, count, [&, last = kNoInstance](uint32_t i) mutable {
+  write_each(hits.triangle, first, count, [&](uint32_t i) {
     const uint32_t instance = area.hit_instance[i];
-    if (instance == kNoInstance) return kernels::kNoTriangle;
-    if (instance != last) numbers = &scene.objects[scene.instances[instance].object].details.source_triangles;
-    last = instance;
-    return source_triangle(*numbers, found.triangle[i]);
+    return instance == kNoInstance
+               ? kernels::kNoTriangle
+               : source_triangle(scene.objects[scene.instances[instance].object].details.source_triangles,
+                                 found.triangle[i]);
   });
   write_each(hits.object, first, count, [&](uint32_t i) {
     const uint32_t instance = area.hit_instance[i];
