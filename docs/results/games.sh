@@ -44,6 +44,9 @@ done >>"$out/all.json"
   jq -r -s --arg rays "$rays" '
     def number: . * 100 | round / 100;
     def mean: map(log) | add / length | exp | number;
+    # Of some ray sets: how many figures, below 1, the least, the mean.
+    def of($sets): [.[].sets | to_entries[] | select(.key | IN($sets[])) | .value.ratio]
+      | "\(length) | \(map(select(. < 1)) | length) | \(min | number) | \(mean) |";
     "`nif bake SCENE -o scene.nif --ignore-alpha --encoding NAME`, all triangles solid ([with holes](cutouts.md)), which [merges](../meshes.md#merging) what never moves against each other unless",
     "the table says `--no-merge`, then `nif bench SCENE --asset scene.nif -j 1 --rays \($rays)`, and the same with",
     "`--hits`: speed as a multiple of that of Embree'"'"'s fastest build and call ([benchmark.md](../benchmark.md)). All answers are",
@@ -53,8 +56,13 @@ done >>"$out/all.json"
     "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | --- | ---: | ---: | ---: | ---: |",
     (.[] | "| \(.name), `\(.encoding)` | \(.objects) | \(.instances) | \(.placed_triangles) | \([.bytes.file, .bytes.resident, .bytes.embree.default, .bytes.embree.compact] | map(. / 1000 | round | tostring) | join(" | ")) | \(if .hits then "first hits" else "visibility" end) | "
       + ([.sets["outer-lines", "inner-surface", "sun", "camera"] | if . then .ratio | number else "" end | tostring] | join(" | ")) + " |"),
-    "", ([.[] | select(.name != "city") | select(.encoding | contains("--no-merge") | not)] |
-      "Geometric means of all figures of games as merged: visibility \([.[] | select(.hits | not) | .sets[].ratio] | mean), first hits \([.[] | select(.hits) | .sets[].ratio] | mean)."),
+    "", "Of these, games as merged, without the city:", "",
+    "| | ray sets | figures | below 1 | least | geometric mean |", "| --- | --- | ---: | ---: | ---: | ---: |",
+    ([.[] | select(.name != "city") | select(.encoding | contains("--no-merge") | not)] |
+      ([.[] | select(.hits | not)] | "| visibility | all | \(of(["outer-lines", "inner-surface", "sun"]))",
+        "| | `outer-lines`, `inner-surface` | \(of(["outer-lines", "inner-surface"]))"),
+      ([.[] | select(.hits)] | "| first hits | all | \(of(["outer-lines", "inner-surface", "sun", "camera"]))",
+        "| | `outer-lines`, `inner-surface`, `camera` | \(of(["outer-lines", "inner-surface", "camera"]))")),
     "", "The scenes: \([.[] | "\(.name) (\(.author))"] | unique | join("; "))."' "$out/all.json"
 } >docs/results/games.md.new
 mv docs/results/games.md.new docs/results/games.md

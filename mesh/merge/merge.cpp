@@ -161,7 +161,7 @@ class Merger {
     std::vector<uint32_t> rigid = named_and_rigid();
     find_bent();
     attach_carried(rigid);
-    std::vector<std::vector<uint32_t>> groups = grouped(within_budget(suited(rigid)));
+    std::vector<std::vector<uint32_t>> groups = grouped(chosen(rigid));
     for (std::vector<uint32_t>& group : skinned()) groups.push_back(std::move(group));
     require_room(groups);
     build(groups);
@@ -361,31 +361,60 @@ class Merger {
     return frame == kStill ? instance : relative(instance, spaces_.at(frame));
   }
 
+  /// Of rigid instances those that merge if others do, in order.
+  std::vector<uint32_t> chosen(const std::vector<uint32_t>& rigid) {
+    const auto stay = merging_.stay;
+    std::vector<uint32_t> all = suited(rigid);
+    if (!options_.added_triangles) {
+      options_.added_triangles = budget_for(all);
+      // As if that had been asked for, because what comes of it must be what comes of the options that a file keeps: what is
+      // not copied has no part in the choice of the spaces.
+      if (options_.added_triangles == 0u) {
+        merging_.stay = stay;
+        spaces_.clear();
+        all = suited(rigid);
+      }
+      merging_.options.added_triangles = options_.added_triangles;
+    }
+    return within_budget(all);
+  }
+
+  /// How many of these instances a mesh has.
+  std::vector<uint64_t> counts_of(const std::vector<uint32_t>& suited) const {
+    std::vector<uint64_t> counts(scene_.meshes.size());
+    for (const uint32_t i : suited) ++counts[firsts_[scene_.instances[i].mesh]];
+    return counts;
+  }
+  /// Triangles that merging so many instances of a mesh adds. The mesh itself is dropped if all of its instances merge.
+  uint64_t added_by(uint32_t mesh, uint64_t instances) const {
+    return weights_[mesh] * (instances - (instances > 0 && instances == placed_[mesh] ? 1 : 0));
+  }
+
+  /// The default: all copies or none.
+  uint64_t budget_for(const std::vector<uint32_t>& suited) const {
+    const std::vector<uint64_t> counts = counts_of(suited);
+    uint64_t wanted = 0, once = 0;
+    for (uint32_t m = 0; m < counts.size(); ++m) {
+      wanted += added_by(m, counts[m]);
+      if (counts[m] == 1 && placed_[m] == 1) once += weights_[m];
+    }
+    const uint64_t most = options_.few_copies ? once / kTrianglesForAdded : kAddedTriangles;
+    return wanted <= most ? most : 0;
+  }
+
   /// The instances whose copies fit the budget, in order.
   std::vector<uint32_t> within_budget(const std::vector<uint32_t>& suited) {
-    std::vector<uint64_t> merging(scene_.meshes.size());
-    for (const uint32_t i : suited) ++merging[firsts_[scene_.instances[i].mesh]];
+    const std::vector<uint64_t> merging = counts_of(suited);
     std::vector<uint32_t> meshes;
     for (uint32_t m = 0; m < scene_.meshes.size(); ++m)
       if (merging[m] > 0) meshes.push_back(m);
     std::ranges::stable_sort(meshes, {}, [&](uint32_t m) { return weights_[m]; });
-    // The mesh itself is dropped if all of its instances merge.
-    const auto added = [&](uint32_t m) {
-      return weights_[m] * (merging[m] - (merging[m] == placed_[m] ? 1 : 0));
-    };
-    uint64_t wanted = 0, merging_once = 0;
-    for (const uint32_t m : meshes) {
-      wanted += added(m);
-      if (placed_[m] == 1) merging_once += weights_[m];
-    }
-    const uint64_t most = options_.few_copies ? merging_once / kTrianglesForAdded : kAddedTriangles;
-    const uint64_t budget = options_.added_triangles.value_or(wanted <= most ? most : 0);
-    merging_.options.added_triangles = budget;
     std::vector<bool> fits(scene_.meshes.size());
     for (const uint32_t m : meshes) {
-      fits[m] = added(m) <= budget - merging_.added_triangles;
+      const uint64_t added = added_by(m, merging[m]);
+      fits[m] = added <= *options_.added_triangles - merging_.added_triangles;
       if (fits[m])
-        merging_.added_triangles += added(m);
+        merging_.added_triangles += added;
       else
         keep(Stays::over_budget, merging[m]);
     }
@@ -567,7 +596,7 @@ class Merger {
   }
 
   Scene scene_;
-  const MergeOptions& options_;
+  MergeOptions options_;
   Merging merging_;
   std::vector<Box> boxes_;            // [mesh]
   std::vector<uint64_t> weights_;     // [mesh]

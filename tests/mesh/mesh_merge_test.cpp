@@ -491,6 +491,28 @@ TEST(Merge, WithoutAnimationsAllIsOneObject) {
             (Parts{{"base", "arm", "hook", "tyre", "rim", "pulley", "ground"}}));
 }
 
+/// Files keep the number of triangles that may be added, and scenes are merged by it again.
+TEST(Merge, WhatIsNotCopiedHasNoPartInTheSpaceOfOthers) {
+  Crane crane;
+  auto& nodes = crane.gltf.json["nodes"];
+  const nlohmann::json arm = nodes[2]["mesh"];
+  const int copy = crane.gltf.node({{"name", "spare arm"}, {"mesh", arm}, {"translation", {0, 0, 50}}});
+  nodes[1]["children"] = {copy};
+  nodes[3]["mesh"] = crane.box();
+  const Scene before = crane.read(), once = mesh::merge(before, mesh::few_copies()),
+              again = mesh::merge(before, once.merging->options);
+  EXPECT_EQ(once.merging->options.added_triangles, 0u);
+  EXPECT_EQ(stay(once, Stays::over_budget), 2u) << "both arms";
+  EXPECT_EQ(parts_of(once), (Parts{{"base", "ground"}, {"rope", "hook"}, {"tyre", "rim"}}));
+  EXPECT_EQ(parts_of(again), parts_of(once));
+  EXPECT_EQ(again.merging->stay, once.merging->stay);
+  ASSERT_EQ(again.instances.size(), once.instances.size());
+  for (size_t i = 0; i < once.instances.size(); ++i) {
+    EXPECT_EQ(again.instances[i].transform, once.instances[i].transform) << once.instances[i].name;
+    EXPECT_EQ(again.meshes[again.instances[i].mesh].positions, once.meshes[once.instances[i].mesh].positions);
+  }
+}
+
 TEST(Merge, WhatDeformsStays) {
   Crane crane;
   crane.gltf.json.erase("animations");
