@@ -145,13 +145,11 @@ class AnyTriangle {
   /// Rays that meet a large triangle are finished.
   HWY_NOINLINE FirstLook look_at_large(const BvhTree& tree, const SeenRays& rays, const BoxRays& boxes,
                                        LargeHits&) const {
+    uint32_t met = large_in_boxes(tree.decoded, rays, boxes), blocked = 0;
+    if (met == 0) return {};
     const LargeOrder order(rays.axis);
-    uint32_t blocked = 0;
-    for (uint32_t i = 0; i < tree.decoded.large.size() && blocked != rays.asked; ++i) {
-      if (i % kBvhLeafTriangles == 0 && !any_meets_box(tree.decoded, i, rays, boxes)) {
-        i += kBvhLeafTriangles - 1;
-        continue;
-      }
+    for (; met != 0 && blocked != rays.asked; met &= met - 1) {
+      const uint32_t i = lowest_bit(met);
       LargeDepths depths;
       const LargeTest test = test_large(tree.decoded.large[i], rays, order, depths);
       blocked |= bits_of(test.met) & rays.asked;
@@ -276,16 +274,15 @@ class FirstTriangle {
                                        LargeHits& hits) const {
     const Floats d;
     const Ints di;
-    const LargeOrder order(rays.axis);
-    const auto count = uint32_t(tree.decoded.large.size());
+    const uint32_t met = large_in_boxes(tree.decoded, rays, boxes);
     const auto never = hn::Set(d, std::numeric_limits<float>::infinity());
     auto bound = hn::Set(d, kNoHit);
-    for (uint32_t i = 0; i < count; ++i) {
-      if (i % kBvhLeafTriangles == 0 && !any_meets_box(tree.decoded, i, rays, boxes)) {
-        for (uint32_t k = 0; k < kBvhLeafTriangles; ++k) hn::Store(never, d, hits.low[i + k]);
-        i += kBvhLeafTriangles - 1;
-        continue;
-      }
+    hn::Store(bound, d, hits.bound);
+    hn::Store(hn::Zero(di), di, hits.open);
+    if (met == 0) return {};
+    const LargeOrder order(rays.axis);
+    for (uint32_t left = met; left != 0; left &= left - 1) {
+      const uint32_t i = lowest_bit(left);
       LargeDepths depths;
       const LargeTest test = test_large(tree.decoded.large[i], rays, order, depths);
       bound = hn::IfThenElse(test.met, hn::Min(depths.high, bound), bound);
@@ -296,7 +293,8 @@ class FirstTriangle {
     const auto reach = hn::MulAdd(boxes.leave, rays.steepest, hn::Mul(rays.padding, hn::Set(d, 4.0f)));
     const auto last = hn::Min(bound, reach);
     auto open = hn::Zero(di);
-    for (uint32_t i = 0; i < count; ++i) {
+    for (uint32_t left = met; left != 0; left &= left - 1) {
+      const uint32_t i = lowest_bit(left);
       const auto some = hn::RebindMask(di, hn::Le(hn::Load(d, hits.low[i]), last));
       open = hn::Or(open, hn::IfThenElseZero(some, hn::Set(di, int32_t(1u << i))));
     }

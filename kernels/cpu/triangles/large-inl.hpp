@@ -40,12 +40,12 @@ class LargeOrder {
  public:
   HWY_INLINE explicit LargeOrder(hn::Vec<Ints> axis) {
     const Ints di;
-    // Bytes of the three coordinates, then of what wraps around: x follows z.
-    for (int32_t i = 0; i < 3; ++i) {
-      auto of = hn::Add(axis, hn::Set(di, i == 2 ? 0 : i + 1));
-      of = hn::IfThenElse(hn::Gt(of, hn::Set(di, 2)), hn::Sub(of, hn::Set(di, 3)), of);
-      order_[i] = hn::Add(hn::Mul(of, hn::Set(di, 0x04040404)), hn::Set(di, 0x03020100));
-    }
+    // Bytes of x, y and z.
+    const hn::Vec<Ints> of[3] = {hn::Set(di, 0x03020100), hn::Set(di, 0x07060504), hn::Set(di, 0x0b0a0908)};
+    const auto second = hn::Eq(axis, hn::Set(di, 1)), third = hn::Eq(axis, hn::Set(di, 2));
+    for (uint32_t i = 0; i < 3; ++i)
+      order_[i] = hn::IfThenElse(third, of[kAxisOrder[2][i]],
+                                 hn::IfThenElse(second, of[kAxisOrder[1][i]], of[kAxisOrder[0][i]]));
   }
   /// The coordinate along the ray's axis `i`.
   HWY_INLINE hn::Vec<Floats> operator()(hn::Vec<Floats> vertex, uint32_t i) const {
@@ -56,11 +56,16 @@ class LargeOrder {
   hn::Vec<Ints> order_[3];
 };
 
-/// Whether any ray may meet one of the large triangles from `first` on, a multiple of kBvhLeafTriangles.
-HWY_INLINE bool any_meets_box(const DecodedTree& tree, uint32_t first, const SeenRays& rays,
-                              const BoxRays& boxes) {
-  const LargeBox& box = tree.large_boxes[first / kBvhLeafTriangles];
-  return (bits_of(boxes.meet(box.low, box.high)) & rays.asked) != 0;
+/// The large triangles in whose boxes any ray may meet something, as bits.
+HWY_INLINE uint32_t large_in_boxes(const DecodedTree& tree, const SeenRays& rays, const BoxRays& boxes) {
+  const auto count = uint32_t(tree.large.size());
+  uint32_t met = 0;
+  for (uint32_t i = 0; i < count; i += kBvhLeafTriangles) {
+    const LargeBox& box = tree.large_boxes[i / kBvhLeafTriangles];
+    const bool any = (bits_of(boxes.meet(box.low, box.high)) & rays.asked) != 0;
+    met |= (any ? (1u << kBvhLeafTriangles) - 1 : 0) << i;
+  }
+  return met & ((1u << count) - 1);
 }
 
 /// Tests a triangle: first where rays pass its plane, then on which sides of its edges. Depths of rays that do not meet it
