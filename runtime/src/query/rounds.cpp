@@ -2,7 +2,7 @@
 // object: by a radix sort, byte by byte, which allocates nothing.
 #include "query/rounds.hpp"
 
-#include <algorithm>
+#include "query/streams.hpp"
 
 namespace nif::runtime {
 namespace {
@@ -71,16 +71,6 @@ void bring_to_object(const NifSceneObject& scene, const Pair* pairs, uint32_t co
     const Segment ray = segment_of(area.rays, pairs[k].ray);
     set_segment(area.object_rays, k, instance.identity ? ray : to_object(instance.to_object, ray));
   }
-}
-
-void start_stream(const NifSceneObject& scene, bool masked, WorkArea& area) {
-  kernels::cpu::RayStream& stream = area.streams[0];
-  scene.device->streams->start(area.rays, masked ? area.mask : nullptr, stream);
-  std::fill_n(area.misses, area.rays.count, uint8_t(!scene.unproven));
-  if (stream.count == area.rays.count) return;
-  for (uint32_t i = 0; i < area.rays.count; ++i)
-    area.misses[i] &= uint8_t(area.rays.tmin[i] > area.rays.tmax[i]);
-  for (uint32_t k = 0; k < stream.count; ++k) area.misses[stream.ray[k]] = !scene.unproven;
 }
 
 uint32_t start_rays(const NifSceneObject& scene, Goal goal, WorkArea& area) {

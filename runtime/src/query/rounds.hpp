@@ -35,9 +35,6 @@ constexpr uint32_t kFetchedAhead = 8;
 /// What a query looks for: anything in the way, or the nearest. Says which instances a ray is asked about first.
 enum class Goal { any, nearest };
 
-/// Starts the batch's stream, and sets area.misses. Requires a device with streams.
-void start_stream(const NifSceneObject& scene, bool masked, WorkArea& area);
-
 /// Starts each ray at the root. Puts the rays that may meet something in area.active, and returns their
 /// number. Sets area.misses.
 uint32_t start_rays(const NifSceneObject& scene, Goal goal, WorkArea& area);

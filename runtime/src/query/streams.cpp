@@ -1,6 +1,8 @@
 // Goes down the hierarchy depth first, with streams that narrow on the way.
 #include "query/streams.hpp"
 
+#include <algorithm>
+
 namespace nif::runtime {
 namespace {
 
@@ -18,6 +20,16 @@ bool has_inner_children(const Node& node) {
 }
 
 }  // namespace
+
+void start_stream(const NifSceneObject& scene, bool masked, WorkArea& area) {
+  RayStream& stream = area.streams[0];
+  scene.device->streams->start(area.rays, masked ? area.mask : nullptr, stream);
+  std::fill_n(area.misses, area.rays.count, uint8_t(!scene.unproven));
+  if (stream.count == area.rays.count) return;
+  for (uint32_t i = 0; i < area.rays.count; ++i)
+    area.misses[i] &= uint8_t(area.rays.tmin[i] > area.rays.tmax[i]);
+  for (uint32_t k = 0; k < stream.count; ++k) area.misses[stream.ray[k]] = !scene.unproven;
+}
 
 bool start_in_streams(const NifSceneObject& scene, bool masked, WorkArea& area) {
   if (!scene.device->streams || area.rays.count < kFewForStreams ||

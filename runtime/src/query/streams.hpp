@@ -9,7 +9,9 @@ namespace nif::runtime {
 
 using kernels::cpu::RayStream;
 
-/// Starts the batch's stream, and sets area.misses. Returns false if the batch should go in rounds.
+/// Starts the batch's stream, and sets area.misses. Requires a device with streams.
+void start_stream(const NifSceneObject& scene, bool masked, WorkArea& area);
+/// The same, unless the batch should go in rounds: returns false.
 bool start_in_streams(const NifSceneObject& scene, bool masked, WorkArea& area);
 
 /// Takes the batch's stream through the hierarchy.

@@ -124,11 +124,13 @@ NIF_COMPUTES void write_hits(const NifSceneObject& scene, const NifHits& hits, u
     const uint32_t instance = area.hit_instance[i];
     return instance == kNoInstance ? 0 : scene.settings[instance].user;
   });
-  if (hits.normal) {
+  for (uint32_t i = 0; hits.normal && i < count; ++i) {
     // One by one: three together would be gathered in memory first, and read back before they are there.
-    char* to = reinterpret_cast<char*>(hits.normal) + first * sizeof(float[3]);
-    for (uint32_t i = 0; i < count; ++i)
-      for (int a = 0; a < 3; ++a, to += sizeof(float)) std::memcpy(to, &found.normal[a][i], sizeof(float));
+    char* to = reinterpret_cast<char*>(hits.normal) + (first + i) * sizeof(float[3]);
+    for (const auto& column : found.normal) {
+      std::memcpy(to, column + i, sizeof(float));
+      to += sizeof(float);
+    }
   }
   for (uint32_t i = 0; hits.color && i < count; ++i) {
     float color[3];
