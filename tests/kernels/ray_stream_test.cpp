@@ -245,6 +245,40 @@ TEST_P(RayStreams, JoinHitsAsTheScalarCodeDoes) {
   EXPECT_GT(forgotten, 500u);
 }
 
+TEST_P(RayStreams, TurnNormalsAsTheScalarCodeDoes) {
+  Random random(7);
+  const auto number = [&] { return random.below(4) == 0 ? 0 : float(random.between(-999, 999)) * 0x1p-9f; };
+  const auto hits = std::make_unique<kernels::HitBatch>(), expected = std::make_unique<kernels::HitBatch>();
+  for (uint32_t round = 0; round < 300; ++round) {
+    std::vector<kernels::PlacedInstance> instances(1 + random.below(5));
+    for (kernels::PlacedInstance& instance : instances) {
+      instance.identity = random.below(2) == 0;
+      for (float& entry : instance.to_object.inverse) entry = number();
+    }
+    batch_->count = 1 + random.below(40);
+    std::vector<uint32_t> in(kernels::kBatchRoom, 0);
+    for (uint32_t i = 0; i < batch_->count; ++i) {
+      Segment ray = random_ray(random);
+      for (float& component : ray.direction) component = number();
+      ray.direction[random.below(3)] = 1;
+      set_segment(*batch_, i, ray);
+      in[i] = random.below(4) == 0 ? kernels::kNoInstance : random.below(uint32_t(instances.size()));
+      const bool none = random.below(8) == 0;  // then the way back is the normal
+      float normal[3], turned[3];
+      for (int a = 0; a < 3; ++a) turned[a] = normal[a] = hits->normal[a][i] = none ? 0 : number();
+      if (in[i] != kernels::kNoInstance) {
+        const kernels::PlacedInstance& instance = instances[in[i]];
+        kernels::world_normal(instance.identity ? nullptr : &instance.to_object, normal, ray.direction,
+                              turned);
+      }
+      for (int a = 0; a < 3; ++a) expected->normal[a][i] = turned[a];
+    }
+    functions().turn(*batch_, instances.data(), in.data(), *hits);
+    for (int a = 0; a < 3; ++a)
+      ASSERT_EQ(std::memcmp(hits->normal[a], expected->normal[a], batch_->count * sizeof(float)), 0) << round;
+  }
+}
+
 TEST_P(RayStreams, LoseDroppedRaysAndNoOthers) {
   Random random(2);
   for (const uint32_t count : {1u, 16u, 33u, 1000u, kernels::kBatchRays}) {
