@@ -42,18 +42,31 @@ HWY_INLINE hn::Vec<Ints> to_ints(hn::Vec<Floats> v) {
 #endif
 }
 
-template <class Mask>
-HWY_INLINE uint32_t bits_of(Mask mask) {
-  const Floats d;
-#if HWY_TARGET == HWY_WASM
-  return uint32_t(wasm_i32x4_bitmask(hn::RebindMask(d, mask).raw));
+/// The bits of a mask, that of lane 0 lowest. Bits beyond the lanes are 0.
+template <class D>
+HWY_INLINE uint32_t bits_of_mask(D d, hn::Mask<D> mask) {
+#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
+  // In assembly, because GCC 12 may spill the mask as 8 or 16 bits and read 32 back: then the upper ones are whatever lay there.
+  uint32_t bits;
+  if constexpr (sizeof(mask.raw) == 1)
+    asm("kmovb %1, %0" : "=r"(bits) : "k"(mask.raw));
+  else
+    asm("kmovw %1, %0" : "=r"(bits) : "k"(mask.raw));
+  if constexpr (hn::MaxLanes(D()) < 8) bits &= (1u << hn::MaxLanes(D())) - 1;
+  return bits;
+#elif HWY_TARGET == HWY_WASM
+  return uint32_t(wasm_i32x4_bitmask(mask.raw));
 #else
   uint8_t bytes[8] = {};
-  hn::StoreMaskBits(d, hn::RebindMask(d, mask), bytes);
+  hn::StoreMaskBits(d, mask, bytes);
   uint32_t bits;
   std::memcpy(&bits, bytes, sizeof(bits));
   return bits;
 #endif
+}
+template <class Mask>
+HWY_INLINE uint32_t bits_of(Mask mask) {
+  return bits_of_mask(Floats(), hn::RebindMask(Floats(), mask));
 }
 
 /// Bits beyond kLanes must be 0.
@@ -70,13 +83,6 @@ using FewFloats = hn::Rebind<float, Doubles>;
 using FewInts = hn::Rebind<int32_t, Doubles>;
 constexpr uint32_t kDoubles = uint32_t(hn::MaxLanes(Doubles()));
 
-/// Of any vector of kDoubles lanes.
-template <class D>
-HWY_INLINE uint32_t bits_of_few(D d, hn::Mask<D> mask) {
-  uint8_t bytes[8] = {};
-  hn::StoreMaskBits(d, mask, bytes);
-  return uint32_t(bytes[0]);
-}
 /// Bits beyond kDoubles must be 0.
 HWY_INLINE hn::Mask<FewFloats> mask_of_few(uint32_t bits) {
   const uint8_t bytes[8] = {uint8_t(bits)};

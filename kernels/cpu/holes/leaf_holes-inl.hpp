@@ -86,11 +86,7 @@ HWY_NOINLINE inline uint32_t blocking(const SomeHoles& holes, const DecodedLeaf&
     }
     const ExactTest<V> test = test_exactly(x, y, z, hn::Set(d, ray.error), hn::Set(d, ray.length),
                                            hn::Set(d, ray.tmin), hn::Set(d, ray.tmax));
-    const auto bits = [&](auto mask) HWY_ATTR {
-      uint8_t bytes[8] = {};
-      hn::StoreMaskBits(d, mask, bytes);
-      return uint32_t(bytes[0]) << first;
-    };
+    const auto bits = [&](auto mask) HWY_ATTR { return bits_of_mask(d, mask) << first; };
     met |= bits(test.met);
     close |= bits(test.close);
     // As blocks_light().

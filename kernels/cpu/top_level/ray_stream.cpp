@@ -400,7 +400,7 @@ void turn_normals(const SegmentBatch& rays, const PlacedInstance* instances, con
   const auto none = hn::Set(di, int32_t(kNoInstance));
   for (uint32_t k = 0; k < rays.count; k += kDoubles) {
     const auto of = hn::LoadU(di, reinterpret_cast<const int32_t*>(in + k));
-    uint32_t left = bits_of_few(di, hn::Ne(of, none));
+    uint32_t left = bits_of_mask(di, hn::Ne(of, none));
     if (rays.count - k < kDoubles) left &= (1u << (rays.count - k)) - 1;
     uint32_t identity = 0;
     for (uint32_t lanes = left; lanes != 0; lanes &= lanes - 1)
@@ -408,7 +408,7 @@ void turn_normals(const SegmentBatch& rays, const PlacedInstance* instances, con
     if (identity != 0) turn_hits(rays, nullptr, k, identity, hits);
     for (left &= ~identity; left != 0;) {
       const uint32_t number = in[k + lowest_bit(left)];
-      const uint32_t same = left & bits_of_few(di, hn::Eq(of, hn::Set(di, int32_t(number))));
+      const uint32_t same = left & bits_of_mask(di, hn::Eq(of, hn::Set(di, int32_t(number))));
       if ((same & (same - 1)) == 0)
         turn_hit(rays, instances[number].to_object, k + lowest_bit(same), hits);
       else

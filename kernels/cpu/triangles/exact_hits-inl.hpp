@@ -175,8 +175,8 @@ HWY_NOINLINE inline void test_candidates(const SegmentBatch& batch, const HitCan
 
   const ExactTest<D> test =
       test_exactly(x, y, z, error, length, wide(of_batch(batch.tmin)), wide(of_batch(batch.tmax)));
-  hits.close = bits_of_few(d, test.close);
-  hits.met = bits_of_few(d, test.met);
+  hits.close = bits_of_mask(d, test.close);
+  hits.met = bits_of_mask(d, test.met);
   hn::Store(test.t, d, hits.t);
 
   // As in hit_at(). The normal's components have the order of `axis`, which is cyclic.
