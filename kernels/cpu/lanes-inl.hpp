@@ -44,7 +44,7 @@ HWY_INLINE hn::Vec<Ints> to_ints(hn::Vec<Floats> v) {
 
 /// The bits of a mask, that of lane 0 lowest. Bits beyond the lanes are 0.
 template <class D>
-HWY_INLINE uint32_t bits_of_mask(D d, hn::Mask<D> mask) {
+HWY_INLINE uint32_t bits_of_mask([[maybe_unused]] D d, hn::Mask<D> mask) {
 #if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
   // In assembly, because GCC 12 may spill the mask as 8 or 16 bits and read 32 back: then the upper ones are whatever lay there.
   uint32_t bits;

@@ -26,22 +26,6 @@ using Slots = hn::CappedTag<float, kBvhWidth>;
 using SlotInts = hn::RebindToSigned<Slots>;
 constexpr uint32_t kFewestSlots = 4;  ///< in a vector
 
-HWY_INLINE uint32_t bits_of_slots(hn::Mask<Slots> mask) {
-#if HWY_TARGET == HWY_AVX3
-  return uint32_t(mask.raw);
-#elif HWY_TARGET == HWY_AVX2
-  return uint32_t(_mm256_movemask_ps(mask.raw));
-#elif HWY_TARGET == HWY_SSE4
-  return uint32_t(_mm_movemask_ps(mask.raw));
-#elif HWY_TARGET == HWY_WASM
-  return uint32_t(wasm_i32x4_bitmask(mask.raw));
-#else
-  uint8_t bytes[8] = {};
-  hn::StoreMaskBits(Slots(), mask, bytes);
-  return bytes[0];
-#endif
-}
-
 /// Four words from any address, in every block of a vector.
 HWY_INLINE hn::Vec<SlotInts> load_blocks(const uint32_t* from) {
 #if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX2
@@ -109,7 +93,7 @@ HWY_INLINE uint32_t meets_boxes(const BvhNode& node, const ReadyRay& ray, float*
       leave = hn::Min(hn::MulAdd(to, steps[a], fars[a]), leave);
     }
     if (entries) hn::Store(enter, d, entries + first);
-    met |= bits_of_slots(hn::Le(enter, leave)) << first;
+    met |= bits_of_mask(Slots(), hn::Le(enter, leave)) << first;
   }
   return met;
 }
@@ -131,7 +115,7 @@ HWY_INLINE uint32_t nearest_slot(const float* entries, uint32_t slots) {
   nearest = hn::MinOfLanes(d, nearest);
   uint32_t equal = 0;
   for (uint32_t first = 0, i = 0; first < kBvhWidth; first += uint32_t(hn::Lanes(d)), ++i)
-    equal |= bits_of_slots(hn::Eq(entry[i], nearest)) << first;
+    equal |= bits_of_mask(Slots(), hn::Eq(entry[i], nearest)) << first;
   equal &= slots;
   return equal & (0 - equal);
 }

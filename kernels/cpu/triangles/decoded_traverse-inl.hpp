@@ -50,7 +50,7 @@ HWY_INLINE uint32_t meets_boxes(const DecodedNode& node, const ReadyRay& ray) {
       enter = hn::Max(hn::MulAdd(from, inverse, hn::Set(d, ray.near[a])), enter);
       leave = hn::Min(hn::MulAdd(to, inverse, hn::Set(d, ray.far[a])), leave);
     }
-    met |= bits_of_slots(hn::Le(enter, leave)) << first;
+    met |= bits_of_mask(Slots(), hn::Le(enter, leave)) << first;
   }
   return met;
 }

@@ -137,8 +137,8 @@ HWY_INLINE LeafTest test_leaf(const DecodedLeaf& leaf, const DecodedRay& ray) {
   const auto most = hn::Max(hn::Max(seen.z[0], seen.z[1]), seen.z[2]);
   const auto outside = hn::Or(hn::Lt(most, hn::Set(d, ray.first)), hn::Gt(least, hn::Set(d, ray.last)));
   const auto within = hn::And(hn::Ge(least, hn::Set(d, ray.begin)), hn::Le(most, hn::Set(d, ray.end)));
-  return {bits_of_four(hn::Or(seen.sides.missed, outside)) ^ 15,
-          bits_of_four(hn::And(seen.sides.inside, within))};
+  return {bits_of_mask(Four(), hn::Or(seen.sides.missed, outside)) ^ 15,
+          bits_of_mask(Four(), hn::And(seen.sides.inside, within))};
 }
 
 /// Between which depths rays pass triangles. `z`: of the corners, in the direction of the ray. What is missed means nothing.
@@ -192,8 +192,8 @@ HWY_INLINE LeafDepths depths_of(const DecodedLeaf& leaf, const DecodedRay& ray) 
   LeafDepths depths;
   hn::Store(range.low, d, depths.low);
   hn::Store(range.high, d, depths.high);
-  depths.open = bits_of_four(hn::Or(seen.sides.missed, test.outside)) ^ 15;
-  depths.met = bits_of_four(hn::And(seen.sides.inside, test.within));
+  depths.open = bits_of_mask(Four(), hn::Or(seen.sides.missed, test.outside)) ^ 15;
+  depths.met = bits_of_mask(Four(), hn::And(seen.sides.inside, test.within));
   return depths;
 }
 

@@ -144,20 +144,6 @@ struct LeafSides {
   hn::Vec<Four> error;    ///< at most
 };
 
-HWY_INLINE uint32_t bits_of_four(hn::Mask<Four> mask) {
-#if HWY_TARGET == HWY_AVX3
-  return uint32_t(mask.raw) & 15;
-#elif HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_SSE4
-  return uint32_t(_mm_movemask_ps(mask.raw));
-#elif HWY_TARGET == HWY_WASM
-  return uint32_t(wasm_i32x4_bitmask(mask.raw));
-#else
-  uint8_t bytes[8] = {};
-  hn::StoreMaskBits(Four(), mask, bytes);
-  return bytes[0];
-#endif
-}
-
 /// For four triangles, given by corner.
 HWY_INLINE LeafSides sides_of(const ReadyRay& ray, const float* const vertices[3][4]) {
   const Four d;
@@ -166,8 +152,8 @@ HWY_INLINE LeafSides sides_of(const ReadyRay& ray, const float* const vertices[3
   const hn::Vec<Four> x[3] = {a.x, b.x, c.x}, y[3] = {a.y, b.y, c.y};
   const auto sides = edge_sides(x, y, LeafRay::sum(a.size, b.size, c.size), hn::Set(d, ray.shear[2]),
                                 hn::Set(d, ray.shear[3]));
-  return {bits_of_four(sides.missed) ^ 15,
-          bits_of_four(sides.inside),
+  return {bits_of_mask(Four(), sides.missed) ^ 15,
+          bits_of_mask(Four(), sides.inside),
           {sides.side[0], sides.side[1], sides.side[2]},
           sides.error};
 }
