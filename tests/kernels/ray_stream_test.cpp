@@ -279,6 +279,53 @@ TEST_P(RayStreams, TurnNormalsAsTheScalarCodeDoes) {
   }
 }
 
+TEST_P(RayStreams, FindUnprovenRaysAsTheScalarCodeDoes) {
+  Random random(11);
+  uint32_t proven = 0, unproven = 0, empty = 0;
+  for (uint32_t round = 0; round < 400; ++round) {
+    kernels::PlacedInstance instance{};
+    const float transform[12] = {2, 0.5f, 0, 1, 0, 1, -0.25f, 0, 0.125f, 0, 1, -3};
+    const float remainder[3] = {0x1p-30f, 0, 0};
+    bool well_conditioned;
+    ASSERT_TRUE(kernels::invert(transform, instance.to_object, well_conditioned,
+                                round % 2 == 0 ? remainder : nullptr));
+    instance.identity = round % 7 == 6;
+    instance.unproven = instance.identity || round % 7 == 5;
+    instance.well_conditioned = round % 5 != 0;
+    const uint32_t count = 1 + random.below(100);
+    const float reach_scale = random.between(0.0f, 200.0f);
+    batch_->count = local_->count = count;
+    std::vector<uint32_t> numbers(kernels::kBatchRoom, 0), found(kernels::kBatchRoom);
+    const bool in_order = round % 3 == 0;
+    for (uint32_t i = 0; i < count; ++i) set_segment(*batch_, i, random_ray(random));
+    for (uint32_t k = 0; k < count; ++k) {
+      numbers[k] = in_order ? k : random.below(count);
+      const Segment ray = segment_of(*batch_, numbers[k]);
+      set_segment(*local_, k, instance.identity ? ray : to_object(instance.to_object, ray));
+    }
+    std::vector<uint32_t> expected;
+    for (uint32_t k = 0; k < count; ++k) {
+      const Segment ray = segment_of(*batch_, numbers[k]);
+      const bool stays = stays_certain(instance, reach_scale, ray, segment_of(*local_, k));
+      if (!stays) expected.push_back(k);
+      (ray.tmin > ray.tmax ? empty : stays ? proven : unproven) += 1;
+    }
+    const uint32_t unproven_here = functions().find_unproven(*batch_, in_order ? nullptr : numbers.data(),
+                                                             *local_, instance, reach_scale, found.data());
+    found.resize(unproven_here);
+    ASSERT_EQ(found, expected) << round;
+    if (in_order) continue;
+    ASSERT_EQ(
+        functions().find_unproven(*batch_, numbers.data(), *local_, instance, reach_scale, numbers.data()),
+        unproven_here);
+    numbers.resize(unproven_here);
+    ASSERT_EQ(numbers, expected) << round;
+  }
+  EXPECT_GT(proven, 1000u);
+  EXPECT_GT(unproven, 1000u);
+  EXPECT_GT(empty, 0u);
+}
+
 TEST_P(RayStreams, LoseDroppedRaysAndNoOthers) {
   Random random(2);
   for (const uint32_t count : {1u, 16u, 33u, 1000u, kernels::kBatchRays}) {

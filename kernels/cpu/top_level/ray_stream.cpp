@@ -242,18 +242,20 @@ void narrow_stream(const RayStream& stream, const WorldBox& box, RayStream& narr
   narrowed.masked = stream.masked;
 }
 
-/// stays_certain() in an instance with a transform: the rays of entries k and after, as a mask.
-HWY_INLINE hn::Mask<Floats> stay_certain(const RayStream& stream, const StreamHits& added, uint32_t k,
-                                         const Gathered& column) {
+/// stays_certain() in an instance with a transform, of rays that have a tmin and a tmax in this order: of ray k in object space and
+/// those after it, as a mask. `column` reads theirs in the world.
+template <class Rays, class Column>
+HWY_INLINE hn::Mask<Floats> stay_certain(const Rays& world, const SegmentBatch& local, uint32_t k,
+                                         const WorldToObject& transform, float reach_scale,
+                                         const Column& column) {
   const Floats d;
-  const WorldToObject& transform = added.instance.to_object;
   hn::Vec<Floats> origin[3], direction[3];
   bool remains = false;
   for (uint32_t a = 0; a < 3; ++a) {
     remains = remains || transform.remainder[a] != 0;
-    origin[a] = hn::Abs(hn::Sub(hn::Sub(column(stream.origin[a]), hn::Set(d, transform.translation[a])),
+    origin[a] = hn::Abs(hn::Sub(hn::Sub(column(world.origin[a]), hn::Set(d, transform.translation[a])),
                                 hn::Set(d, transform.remainder[a])));
-    direction[a] = hn::Abs(column(stream.direction[a]));
+    direction[a] = hn::Abs(column(world.direction[a]));
   }
   auto reach = hn::Zero(d), spread = reach, steepest = reach;
   for (uint32_t a = 0; a < 3; ++a) {
@@ -261,10 +263,10 @@ HWY_INLINE hn::Mask<Floats> stay_certain(const RayStream& stream, const StreamHi
     for (uint32_t b = 0; b < 3; ++b) row[b] = magnitude(transform.inverse[3 * a + b]);
     reach = max_of(row_times(row, origin), reach);
     spread = max_of(row_times(row, direction), spread);
-    steepest = max_of(hn::Abs(hn::LoadU(d, added.local.direction[a] + k)), steepest);
+    steepest = max_of(hn::Abs(hn::LoadU(d, local.direction[a] + k)), steepest);
   }
   if (remains) reach = hn::Mul(reach, hn::Set(d, 1.25f));
-  return hn::And(hn::Le(hn::Mul(reach, hn::Set(d, added.reach_scale)), hn::Set(d, kCertainReach / 8)),
+  return hn::And(hn::Le(hn::Mul(reach, hn::Set(d, reach_scale)), hn::Set(d, kCertainReach / 8)),
                  hn::Le(spread, hn::Mul(hn::Set(d, 4.0f), steepest)));
 }
 
@@ -284,7 +286,8 @@ void join_hits(RayStream& stream, const WorldBox& box, const StreamHits& added, 
     auto t = hn::Load(d, met.t + k), low = hn::Load(d, met.low + k), high = hn::Load(d, met.high + k);
     // forget_proof()
     auto certain = mask_of(proves ? present : 0);
-    if (proves && !added.instance.identity) certain = stay_certain(stream, added, k, column);
+    if (proves && !added.instance.identity)
+      certain = stay_certain(stream, added.local, k, added.instance.to_object, added.reach_scale, column);
     low = hn::IfThenElse(certain, low, hn::Neg(none));
     high = hn::IfThenElse(certain, high, none);
 #if HWY_TARGET != HWY_WASM
@@ -348,6 +351,31 @@ void pack_stream(RayStream& stream) {
 }
 
 #if HWY_TARGET != HWY_WASM
+/// find_unproven(): of ray k in object space, and those after it in a vector, as bits.
+template <class Column>
+HWY_INLINE uint32_t unproven_of(const SegmentBatch& world, const SegmentBatch& local, uint32_t k,
+                                const PlacedInstance& instance, float reach_scale, const Column& column) {
+  const uint32_t present = local.count - k < kLanes ? (1u << (local.count - k)) - 1 : kAllLanes;
+  if (instance.unproven) return present;
+  const uint32_t empty = bits_of(hn::Gt(column(world.tmin), column(world.tmax)));
+  if (!instance.well_conditioned) return present & ~empty;
+  return present & ~empty & ~bits_of(stay_certain(world, local, k, instance.to_object, reach_scale, column));
+}
+
+uint32_t find_unproven(const SegmentBatch& world, const uint32_t* numbers, const SegmentBatch& local,
+                       const PlacedInstance& instance, float reach_scale, uint32_t* found) {
+  uint32_t count = 0;
+  for (uint32_t k = 0; k < local.count; k += kLanes) {
+    const uint32_t lanes =
+        numbers ? unproven_of(world, local, k, instance, reach_scale, Gathered{words_at(numbers, k)})
+                : unproven_of(world, local, k, instance, reach_scale, Consecutive{k});
+    if (lanes == 0) continue;
+    put_words(gather_lanes(lanes, hn::Iota(Ints(), int32_t(k))), found, count);
+    count += uint32_t(__builtin_popcount(lanes));
+  }
+  return count;
+}
+
 /// world_normal() of the hits from number k on, of `lanes`, with its operations in their order. `transform`: of all of these, null for
 /// the identity.
 HWY_INLINE void turn_hits(const SegmentBatch& rays, const WorldToObject* transform, uint32_t k,
@@ -421,10 +449,10 @@ void turn_normals(const SegmentBatch& rays, const PlacedInstance* instances, con
 
 }  // namespace
 
-constexpr StreamFunctions kStreamFunctions = {start_stream, meet_stream, narrow_stream,
+constexpr StreamFunctions kStreamFunctions = {start_stream, meet_stream,  narrow_stream,
                                               join_hits,    pack_stream,
 #if HWY_TARGET != HWY_WASM
-                                              turn_normals
+                                              turn_normals, find_unproven
 #endif
 };
 

@@ -75,6 +75,11 @@ struct StreamFunctions {
   /// Turns the normals of the batch's hits as world_normal() does. `in` [kBatchRoom]: the instance of each ray's hit, an index
   /// into `instances`; kNoInstance: there is no hit.
   void (*turn)(const SegmentBatch& rays, const PlacedInstance* instances, const uint32_t* in, HitBatch& hits);
+  /// Finds the rays of which stays_certain() is false: a proof about one of `local`, in object space, does not hold for it in the
+  /// world. `numbers` [kBatchRoom]: theirs among `world`, also beyond the last; null: the same. Not for instances that prove something
+  /// and have no transform. `found` [kBatchRoom] receives numbers among `local`, and may be `numbers`. Returns how many there are.
+  uint32_t (*find_unproven)(const SegmentBatch& world, const uint32_t* numbers, const SegmentBatch& local,
+                            const PlacedInstance& instance, float reach_scale, uint32_t* found);
 #endif
 };
 /// The isa must be available().

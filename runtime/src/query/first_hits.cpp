@@ -65,19 +65,20 @@ void intersect_sole_instance(const NifSceneObject& scene, bool masked, WorkArea&
   if (!instance.identity) transform_batch(instance, area.rays, area.object_rays);
   const kernels::SegmentBatch& rays = instance.identity ? area.rays : area.object_rays;
   object.kernel->intersect(rays, area.hit_limit, area.hits, area.kernel_scratch);
-  for (uint32_t i = 0; i < count && (!instance.identity || instance.unproven); ++i) {
-    if (stays_certain(instance, object.reach_scale, segment_of(area.rays, i), segment_of(rays, i))) continue;
-    area.hits.low[i] = -kNoHit;
-    area.hits.high[i] = kNoHit;
+  const uint32_t unproven = find_unproven(scene, rays, area);
+  for (uint32_t k = 0; k < unproven; ++k) {
+    area.hits.low[area.entries[k]] = -kNoHit;
+    area.hits.high[area.entries[k]] = kNoHit;
   }
   for (uint32_t i = 0; i < count; ++i)
     area.hit_instance[i] = area.hits.t[i] < kNoHit ? scene.sole : kNoInstance;
-  if (masked)
-    exclude_by_mask(scene, area, [&](uint32_t i, bool certain) {
-      SceneHit none;
-      if (!certain) kernels::forget_proof(none);
-      set_scene_hit(area, i, none);
-    });
+  const uint32_t excluded = masked ? find_excluded(scene, area) : 0;
+  for (uint32_t k = 0; k < excluded; ++k) {
+    const uint32_t i = area.entries[k];
+    SceneHit none;
+    if (!area.misses[i]) kernels::forget_proof(none);
+    set_scene_hit(area, i, none);
+  }
 }
 
 class HitStreams final : public StreamTraversal {

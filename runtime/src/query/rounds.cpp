@@ -63,6 +63,34 @@ void transform_batch(const Instance& instance, const SegmentBatch& __restrict fr
   for (uint32_t i = 0; i < count; ++i) set_segment(to, i, to_object(transform, segment_of(from, i)));
 }
 
+uint32_t find_unproven(const NifSceneObject& scene, const SegmentBatch& local, WorkArea& area) {
+  const Instance& instance = scene.instances[scene.sole];
+  const float reach_scale = scene.objects[instance.object].reach_scale;
+#ifndef __wasm__  // where code size matters
+  if (instance.identity && !instance.unproven) return 0;
+  if (const kernels::cpu::StreamFunctions* const streams = scene.device->streams)
+    return streams->find_unproven(area.rays, nullptr, local, instance, reach_scale, area.entries);
+#endif
+  uint32_t count = 0;
+  for (uint32_t i = 0; i < area.rays.count; ++i) {
+    if (!stays_certain(instance, reach_scale, segment_of(area.rays, i), segment_of(local, i)))
+      area.entries[count++] = i;
+  }
+  return count;
+}
+
+uint32_t find_excluded(const NifSceneObject& scene, WorkArea& area) {
+  uint32_t count = 0;
+  for (uint32_t i = 0; i < area.rays.count; ++i) {
+    if (scene.instances[scene.sole].mask & area.mask[i]) continue;
+    const Segment ray = segment_of(area.rays, i);
+    kernels::BoxRay prepared;
+    area.misses[i] = (kernels::prepare_box_ray(ray, prepared) || ray.tmin > ray.tmax) && !scene.unproven;
+    area.entries[count++] = i;
+  }
+  return count;
+}
+
 void bring_to_object(const NifSceneObject& scene, const Pair* pairs, uint32_t count, WorkArea& area) {
   area.object_rays.count = count;
   for (uint32_t k = 0; k < count; ++k) {

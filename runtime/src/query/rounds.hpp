@@ -14,6 +14,14 @@ namespace nif::runtime {
 void transform_batch(const Instance& instance, const kernels::SegmentBatch& __restrict from,
                      kernels::SegmentBatch& __restrict to);
 
+/// Finds the rays of the batch whose proofs about the sole instance's object, where they are `local`, do not hold in the world:
+/// area.entries receives their numbers. Returns how many there are.
+uint32_t find_unproven(const NifSceneObject& scene, const kernels::SegmentBatch& local, WorkArea& area);
+
+/// Finds the rays of the batch whose masks do not match the sole instance's, which see an empty scene: area.entries receives their
+/// numbers. Sets their area.misses. Returns how many there are.
+uint32_t find_excluded(const NifSceneObject& scene, WorkArea& area);
+
 /// Transforms the rays of some pairs to their objects' space: area.object_rays.
 void bring_to_object(const NifSceneObject& scene, const Pair* pairs, uint32_t count, WorkArea& area);
 
@@ -38,18 +46,6 @@ enum class Goal { any, nearest };
 /// Starts each ray at the root. Puts the rays that may meet something in area.active, and returns their
 /// number. Sets area.misses.
 uint32_t start_rays(const NifSceneObject& scene, Goal goal, WorkArea& area);
-
-/// Calls exclude(ray, certain) for each ray whose mask does not match the sole instance's: it sees an empty
-/// scene. certain: as area.misses.
-template <class Exclude>
-void exclude_by_mask(const NifSceneObject& scene, const WorkArea& area, const Exclude& exclude) {
-  for (uint32_t i = 0; i < area.rays.count; ++i) {
-    if (scene.instances[scene.sole].mask & area.mask[i]) continue;
-    const kernels::Segment ray = kernels::segment_of(area.rays, i);
-    kernels::BoxRay prepared;
-    exclude(i, (kernels::prepare_box_ray(ray, prepared) || ray.tmin > ray.tmax) && !scene.unproven);
-  }
-}
 
 /// Advances each active ray to its next instance with a matching mask; rays without one are no longer active. Those whose
 /// nearest hit is looked for go no farther than area.hits say that it is. Returns how many are active.

@@ -25,15 +25,11 @@ void ask_kernel(const kernels::ObjectKernel& kernel, const Wanted& wanted, const
     kernel.answer(rays, answers, area.kernel_scratch);
 }
 
-/// Withdraws a proof that the instance's transform does not allow, or its file: then the whole ray is open.
-void keep_certain(const Instance& instance, const PlacedObject& object, const Wanted& wanted,
-                  const Segment& world, const Segment& local, uint32_t i, kernels::AnswerBatch& answers,
-                  kernels::OpenBatch& open) {
-  if (!answers.certain[i] && !wanted.open) return;
-  if (stays_certain(instance, object.reach_scale, world, local)) return;
-  answers.certain[i] = 0;
-  open.begin[i] = world.tmin;
-  open.end[i] = world.tmax;
+/// Withdraws the proof about a ray, number k of these answers: the whole ray is open.
+void withdraw_proof(const Segment& ray, uint32_t k, kernels::AnswerBatch& answers, kernels::OpenBatch& open) {
+  answers.certain[k] = 0;
+  open.begin[k] = ray.tmin;
+  open.end[k] = ray.tmax;
 }
 
 void answer_sole_instance(const NifSceneObject& scene, bool masked, const Wanted& wanted, WorkArea& area) {
@@ -43,15 +39,17 @@ void answer_sole_instance(const NifSceneObject& scene, bool masked, const Wanted
   if (!instance.identity) transform_batch(instance, area.rays, area.object_rays);
   const SegmentBatch& rays = instance.identity ? area.rays : area.object_rays;
   ask_kernel(*object.kernel, wanted, rays, area.answers, area.open, area);
-  if (wanted.details && (!instance.identity || instance.unproven))
-    for (uint32_t i = 0; i < count; ++i)
-      keep_certain(instance, object, wanted, segment_of(area.rays, i), segment_of(rays, i), i, area.answers,
-                   area.open);
-  if (masked)
-    exclude_by_mask(scene, area, [&](uint32_t i, bool certain) {
-      area.answers.logit[i] = kernels::kCertainLogit;
-      area.answers.certain[i] = certain;
-    });
+  const uint32_t unproven = wanted.details ? find_unproven(scene, rays, area) : 0;
+  for (uint32_t k = 0; k < unproven; ++k) {
+    const uint32_t i = area.entries[k];
+    withdraw_proof(segment_of(area.rays, i), i, area.answers, area.open);
+  }
+  const uint32_t excluded = masked ? find_excluded(scene, area) : 0;
+  for (uint32_t k = 0; k < excluded; ++k) {
+    const uint32_t i = area.entries[k];
+    area.answers.logit[i] = kernels::kCertainLogit;
+    area.answers.certain[i] = area.misses[i];
+  }
   if (wanted.open) std::fill_n(area.open_instance, count, scene.sole);
   if (wanted.probability)
     for (uint32_t i = 0; i < count; ++i)
@@ -70,6 +68,16 @@ void ask_parts(const Wanted& wanted, WorkArea& area) {
   if (wanted.open) kernels::open_whole(rays, area.object_open);
 }
 
+/// Withdraws the proofs about area.object_rays that the instances' transforms do not allow, or their files.
+void keep_certain(const NifSceneObject& scene, const Pair* pairs, uint32_t count, WorkArea& area) {
+  for (uint32_t k = 0; k < count; ++k) {
+    const Segment ray = segment_of(area.rays, pairs[k].ray);
+    if (!stays_certain(scene.instances[pairs[k].instance], scene.objects[pairs[k].object].reach_scale, ray,
+                       segment_of(area.object_rays, k)))
+      withdraw_proof(ray, k, area.object_answers, area.object_open);
+  }
+}
+
 /// Merges the answers to area.object_rays into those of the batch. Sets area.decided for rays that are decided.
 void merge_answers(const NifSceneObject& scene, const Wanted& wanted, const Pair* pairs, uint32_t count,
                    WorkArea& area) {
@@ -79,9 +87,8 @@ void merge_answers(const NifSceneObject& scene, const Wanted& wanted, const Pair
     const int32_t logit = area.object_answers.logit[k];
     bool decided = logit < 0;
     if (wanted.details) {
-      keep_certain(scene.instances[pairs[k].instance], object, wanted, segment_of(area.rays, i),
-                   segment_of(area.object_rays, k), k, area.object_answers, area.object_open);
       const bool certain = area.object_answers.certain[k] != 0;
+      if (certain && logit == kernels::kCertainLogit) continue;  // changes nothing
       area.combined[i].add(logit, certain, object.calibration, wanted.probability);
       if (wanted.open && !certain) {
         area.open_instance[i] =
@@ -121,8 +128,28 @@ class VisibilityStreams final : public StreamTraversal {
     }
     for (uint32_t k = 0; k < count; ++k)
       area_.pairs[0][k] = {instance.object, number, stream.ray[entries[k]]};
+    withdraw_proofs(instance);
     merge_answers(scene_, wanted_, area_.pairs[0], count, area_);
     update(stream, entries, count);
+  }
+  /// As keep_certain(), of the instance that was asked.
+  void withdraw_proofs([[maybe_unused]] const Instance& instance) {
+#ifdef __wasm__  // where code size matters
+    keep_certain(scene_, area_.pairs[0], area_.object_rays.count, area_);
+#else
+    if (instance.identity && !instance.unproven) return;
+    const uint32_t count = area_.object_rays.count;
+    uint32_t* const numbers = area_.numbers;
+    for (uint32_t k = 0; k < count; ++k) numbers[k] = area_.pairs[0][k].ray;
+    std::fill_n(numbers + count, kernels::kBatchRoom - kernels::kBatchRays, 0);
+    const uint32_t found =
+        scene_.device->streams->find_unproven(area_.rays, numbers, area_.object_rays, instance,
+                                              scene_.objects[instance.object].reach_scale, numbers);
+    for (uint32_t n = 0; n < found; ++n) {
+      const Segment ray = segment_of(area_.rays, area_.pairs[0][numbers[n]].ray);
+      withdraw_proof(ray, numbers[n], area_.object_answers, area_.object_open);
+    }
+#endif
   }
   void update(RayStream& stream, const uint32_t* entries, uint32_t count) override {
     for (uint32_t k = 0; k < count; ++k)
@@ -162,6 +189,7 @@ void answer_instances(const NifSceneObject& scene, bool masked, const Wanted& wa
     go_in_rounds(scene, masked, Goal::any, area, active, [&](const Pair* pairs, uint32_t asked) {
       bring_to_object(scene, pairs, asked, area);
       ask_parts(wanted, area);
+      if (wanted.details) keep_certain(scene, pairs, asked, area);
       merge_answers(scene, wanted, pairs, asked, area);
       for (uint32_t k = 0; k < asked; ++k)
         if (area.decided[pairs[k].ray]) area.cursors[pairs[k].ray].trail = 0;  // the ray drops out

@@ -41,6 +41,7 @@ struct alignas(64) WorkArea {
   kernels::cpu::RayStream streams[kStreamLevels];
   uint32_t narrowed[kStreamLevels][kBatchRoom];  ///< [level][entry] its number a level above
   uint32_t entries[kBatchRoom];                  ///< [object_rays] its number in the stream
+  uint32_t numbers[kBatchRoom];                  ///< [object_rays] its number in the batch
   // In rounds:
   float inverse[3][kBatchRoom];  ///< BoxRay
   Cursor cursors[kBatchRoom];
