@@ -42,6 +42,18 @@ HWY_INLINE hn::Vec<Ints> to_ints(hn::Vec<Floats> v) {
 #endif
 }
 
+#if HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_SSE4
+// Of each lane, of 32 bits, or of 64 if it is a double. Highway's go through a byte, which costs another instruction or two.
+HWY_INLINE uint32_t sign_bits(__m128 v) { return uint32_t(_mm_movemask_ps(v)); }
+HWY_INLINE uint32_t sign_bits(__m128i v) { return sign_bits(_mm_castsi128_ps(v)); }
+HWY_INLINE uint32_t sign_bits(__m128d v) { return uint32_t(_mm_movemask_pd(v)); }
+#if HWY_TARGET == HWY_AVX2
+HWY_INLINE uint32_t sign_bits(__m256 v) { return uint32_t(_mm256_movemask_ps(v)); }
+HWY_INLINE uint32_t sign_bits(__m256i v) { return sign_bits(_mm256_castsi256_ps(v)); }
+HWY_INLINE uint32_t sign_bits(__m256d v) { return uint32_t(_mm256_movemask_pd(v)); }
+#endif
+#endif
+
 /// The bits of a mask, that of lane 0 lowest. Bits beyond the lanes are 0.
 template <class D>
 HWY_INLINE uint32_t bits_of_mask([[maybe_unused]] D d, hn::Mask<D> mask) {
@@ -54,6 +66,10 @@ HWY_INLINE uint32_t bits_of_mask([[maybe_unused]] D d, hn::Mask<D> mask) {
     asm("kmovw %1, %0" : "=r"(bits) : "k"(mask.raw));
   if constexpr (hn::MaxLanes(D()) < 8) bits &= (1u << hn::MaxLanes(D())) - 1;
   return bits;
+#elif HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_SSE4
+  const uint32_t bits = sign_bits(mask.raw);
+  constexpr size_t kLanesOfMask = hn::MaxLanes(D()), kWidth = sizeof(hn::TFromD<D>);
+  return kLanesOfMask * kWidth == sizeof(mask.raw) ? bits : bits & ((1u << kLanesOfMask) - 1);
 #elif HWY_TARGET == HWY_WASM
   return uint32_t(wasm_i32x4_bitmask(mask.raw));
 #else
