@@ -1,5 +1,5 @@
 // Takes rays down the hierarchy, several by turns; transforms them to object space; and sorts pairs of ray and instance by
-// object: by a radix sort, byte by byte, which allocates nothing.
+// object: by a radix sort, byte by byte, which allocates nothing; few by insertion.
 #include "query/rounds.hpp"
 
 #include "query/streams.hpp"
@@ -29,6 +29,9 @@ Order order_of(Goal goal, const WorkArea& area, uint32_t ray) {
   for (uint32_t a = 0; a < 3; ++a) order.signs |= uint32_t(area.inverse[a][ray] < 0) << a;
   return order;
 }
+
+/// So few pairs are sorted faster by insertion than by a radix sort, which goes through all values of a byte.
+[[maybe_unused]] constexpr uint32_t kFewToSort = 24;
 
 /// Rays that advance by turns: the next node of each is fetched meanwhile.
 constexpr uint32_t kWalkers = 8;
@@ -183,6 +186,18 @@ uint32_t parts_of_call(const NifSceneObject& scene, const Pair* pairs, uint32_t 
 }
 
 const Pair* sort_by_object(const NifSceneObject& scene, WorkArea& area, uint32_t count) {
+#ifndef __wasm__  // where code size matters
+  if (count <= kFewToSort) {
+    Pair* const pairs = area.pairs[0];
+    for (uint32_t k = 1; k < count; ++k) {
+      const Pair pair = pairs[k];
+      uint32_t to = k;
+      for (; to > 0 && pairs[to - 1].object > pair.object; --to) pairs[to] = pairs[to - 1];
+      pairs[to] = pair;
+    }
+    return pairs;
+  }
+#endif
   uint32_t now = 0;
   for (uint32_t shift = 0; shift < 32 && (scene.objects.size() - 1) >> shift != 0; shift += 8, now ^= 1) {
     uint32_t begins[257] = {};
