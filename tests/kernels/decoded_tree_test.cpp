@@ -118,6 +118,21 @@ class Checker {
       }
     }
   }
+  /// Each large triangle is in one box.
+  void check_large_boxes() {
+    uint32_t found = 0;
+    for (const kernels::cpu::LargeBox& box : tree_.large_boxes) {
+      EXPECT_EQ(found & box.triangles, 0u);
+      found |= box.triangles;
+      for (uint32_t i = 0; i < tree_.large.size(); ++i)
+        for (uint32_t k = 0; k < 3 && (box.triangles >> i & 1) != 0; ++k)
+          for (uint32_t a = 0; a < 3; ++a) {
+            EXPECT_LE(box.low[a], tree_.large[i].corners[k][a]);
+            EXPECT_GE(box.high[a], tree_.large[i].corners[k][a]);
+          }
+    }
+    EXPECT_EQ(found, (1u << tree_.large.size()) - 1);
+  }
   const std::vector<uint32_t>& seen() const { return seen_; }
   uint32_t nodes() const { return nodes_; }
 
@@ -155,6 +170,7 @@ TEST(DecodedTree, HasEachTriangleOnceInBoxesThatHoldIt) {
     const float none[3] = {};
     ASSERT_NO_FATAL_FAILURE(checker.visit(0, none, none, 0));
     ASSERT_NO_FATAL_FAILURE(checker.check_large());
+    ASSERT_NO_FATAL_FAILURE(checker.check_large_boxes());
     for (const uint32_t times : checker.seen()) ASSERT_EQ(times, 1u);
     before += field.node_count;
     after += checker.nodes();

@@ -2,6 +2,7 @@
 #include "kernels/cpu/triangles/decoded_tree.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -393,17 +394,30 @@ class Decoder {
         item.first_vertex[i] = tree_.large()[first + i].first_vertex;
       }
       const DecodedLeaf& leaf = leaves_.emplace_back(leaf_of(tree_.field(), item));
-      LargeBox& box = large_boxes_[first / kBvhLeafTriangles];
-      for (uint32_t a = 0; a < 3; ++a) {
-        box.low[a] = kInfinity;
-        box.high[a] = -kInfinity;
-        for (const auto& corner : leaf.corners)
-          for (const float at : corner[a]) {
-            box.low[a] = std::min(box.low[a], at);
-            box.high[a] = std::max(box.high[a], at);
-          }
-      }
       for (uint32_t i = 0; i < item.count; ++i) large_.push_back(large_triangle(leaf, i));
+    }
+    group_large();
+  }
+  /// Finds the large triangles that share a box: with the largest that is left, what makes its box grow least.
+  void group_large() {
+    Box boxes[kMostLarge];
+    uint32_t left = 0;  // bits
+    for (uint32_t i = 0; i < tree_.large_count(); left |= 1u << i++)
+      boxes[i] = box_of(tree_.field(), tree_.large()[i].first_vertex, tree_.large()[i].triangle);
+    for (LargeBox& group : large_boxes_) {
+      if (left == 0) break;
+      Box box = boxes[std::countr_zero(left)];
+      for (uint32_t k = 0; k < kLargeInBox && left != 0; ++k) {
+        uint32_t chosen = uint32_t(std::countr_zero(left));
+        for (uint32_t i = chosen + 1; i < tree_.large_count(); ++i)
+          if ((left >> i & 1) != 0 && surface(around(box, boxes[i])) < surface(around(box, boxes[chosen])))
+            chosen = i;
+        box = around(box, boxes[chosen]);
+        group.triangles |= 1u << chosen;
+        left &= ~(1u << chosen);
+      }
+      std::copy_n(box.low, 3, group.low);
+      std::copy_n(box.high, 3, group.high);
     }
   }
 
@@ -448,7 +462,7 @@ class Decoder {
   std::pmr::vector<DecodedNode> nodes_;
   std::pmr::vector<DecodedLeaf> leaves_;
   std::pmr::vector<LargeTriangle> large_;
-  LargeBox large_boxes_[kMostLarge / kBvhLeafTriangles] = {};
+  LargeBox large_boxes_[kMostLarge / kLargeInBox] = {};
 };
 
 }  // namespace

@@ -52,6 +52,8 @@ static_assert(sizeof(DecodedLeaf) == 160);
 
 /// At most this many triangles are large. Each is a bit of a word.
 inline constexpr uint32_t kMostLarge = 16;
+/// So many share a box.
+inline constexpr uint32_t kLargeInBox = 4;
 /// A triangle is large if at least this share of the rays that meet the object's box meet the triangle's; see
 /// docs/results/cpu-kernels.md, "Large triangles".
 inline constexpr double kLargeBox = 0.15;
@@ -66,9 +68,10 @@ struct alignas(16) LargeTriangle {
   float steepness;
 };
 
-/// A box around kBvhLeafTriangles large triangles that follow each other, or around the last ones.
+/// A box around at most kLargeInBox large triangles that lie close together.
 struct LargeBox {
   float low[3], high[3];
+  uint32_t triangles;  ///< as bits; 0: not in use, as those after it
 };
 
 struct DecodedTree {
@@ -76,7 +79,7 @@ struct DecodedTree {
   /// The large triangles are in the first ones, in their order; no node leads to these leaves.
   std::pmr::vector<DecodedLeaf> leaves;
   std::pmr::vector<LargeTriangle> large;
-  LargeBox large_boxes[kMostLarge / kBvhLeafTriangles];
+  LargeBox large_boxes[kMostLarge / kLargeInBox];
   /// No corner of a triangle and no plane of a box lies farther than this from the origin along any axis.
   float reach = 0;
 

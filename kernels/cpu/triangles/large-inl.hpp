@@ -58,14 +58,12 @@ class LargeOrder {
 
 /// The large triangles in whose boxes any ray may meet something, as bits.
 HWY_INLINE uint32_t large_in_boxes(const DecodedTree& tree, const SeenRays& rays, const BoxRays& boxes) {
-  const auto count = uint32_t(tree.large.size());
   uint32_t met = 0;
-  for (uint32_t i = 0; i < count; i += kBvhLeafTriangles) {
-    const LargeBox& box = tree.large_boxes[i / kBvhLeafTriangles];
-    const bool any = (bits_of(boxes.meet(box.low, box.high)) & rays.asked) != 0;
-    met |= (any ? (1u << kBvhLeafTriangles) - 1 : 0) << i;
+  for (const LargeBox& box : tree.large_boxes) {
+    if (box.triangles == 0) break;
+    if ((bits_of(boxes.meet(box.low, box.high)) & rays.asked) != 0) met |= box.triangles;
   }
-  return met & ((1u << count) - 1);
+  return met;
 }
 
 /// Tests a triangle: first where rays pass its plane, then on which sides of its edges. Depths of rays that do not meet it
