@@ -52,18 +52,25 @@ HWY_INLINE uint32_t sign_bits(__m256 v) { return uint32_t(_mm256_movemask_ps(v))
 HWY_INLINE uint32_t sign_bits(__m256i v) { return sign_bits(_mm256_castsi256_ps(v)); }
 HWY_INLINE uint32_t sign_bits(__m256d v) { return uint32_t(_mm256_movemask_pd(v)); }
 #endif
+#elif HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
+/// The bits of a register for masks: __mmask8 or __mmask16, also those of intrinsics. In assembly, because GCC 12 may spill the mask
+/// as 8 or 16 bits and read 32 back: then the upper ones are whatever lay there.
+template <class Mask>
+HWY_INLINE uint32_t bits_of_register(Mask mask) {
+  uint32_t bits;
+  if constexpr (sizeof(mask) == 1)
+    asm("kmovb %1, %0" : "=r"(bits) : "k"(mask));
+  else
+    asm("kmovw %1, %0" : "=r"(bits) : "k"(mask));
+  return bits;
+}
 #endif
 
 /// The bits of a mask, that of lane 0 lowest. Bits beyond the lanes are 0.
 template <class D>
 HWY_INLINE uint32_t bits_of_mask([[maybe_unused]] D d, hn::Mask<D> mask) {
 #if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
-  // In assembly, because GCC 12 may spill the mask as 8 or 16 bits and read 32 back: then the upper ones are whatever lay there.
-  uint32_t bits;
-  if constexpr (sizeof(mask.raw) == 1)
-    asm("kmovb %1, %0" : "=r"(bits) : "k"(mask.raw));
-  else
-    asm("kmovw %1, %0" : "=r"(bits) : "k"(mask.raw));
+  uint32_t bits = bits_of_register(mask.raw);
   if constexpr (hn::MaxLanes(D()) < 8) bits &= (1u << hn::MaxLanes(D())) - 1;
   return bits;
 #elif HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_SSE4

@@ -45,8 +45,9 @@ HWY_INLINE SlotSets slot_sets(const BvhNode& node) {
   static_assert(kInnerSlot == 7 && kBvhLeafTriangles == 4);
 #if HWY_TARGET == HWY_AVX3
   const __m128i slots = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(node.slots));
-  const uint32_t inner = _mm_cmpge_epu8_mask(slots, _mm_set1_epi8(char(make_slot(kInnerSlot, 0))));
-  return {inner, _mm_test_epi8_mask(slots, slots) & ~inner};
+  const uint32_t inner =
+      bits_of_register(_mm_cmpge_epu8_mask(slots, _mm_set1_epi8(char(make_slot(kInnerSlot, 0)))));
+  return {inner, bits_of_register(_mm_test_epi8_mask(slots, slots)) & ~inner};
 #elif HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_SSE4
   const __m128i slots = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(node.slots));
   const auto inner = uint32_t(_mm_movemask_epi8(_mm_and_si128(slots, _mm_add_epi8(slots, slots))));
