@@ -26,9 +26,12 @@ bool has_avx3_dl() {
          __builtin_cpu_supports("avx512vpopcntdq") && __builtin_cpu_supports("avx512bitalg") &&
          __builtin_cpu_supports("gfni") && __builtin_cpu_supports("vpclmulqdq");
 }
+
+const bool kSlowGathers = __builtin_cpu_is("amd") != 0;
 #else
 bool has_avx_vnni() { return false; }
 bool has_avx3_dl() { return false; }
+const bool kSlowGathers = false;
 #endif
 
 bool available(Isa isa) {

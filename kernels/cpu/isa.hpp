@@ -14,4 +14,8 @@ bool available(Isa isa);
 bool has_avx_vnni();
 bool has_avx3_dl();
 
+/// Whether a gather takes longer here than a load for each lane, as on AMD's processors: a variable, because kernels ask at
+/// each gather. False before the program's variables are initialised.
+extern const bool kSlowGathers;
+
 }  // namespace nif::kernels::cpu

@@ -13,6 +13,7 @@
 
 #include <cstring>
 
+#include "kernels/cpu/isa.hpp"
 #include "kernels/cpu/network/lane_tables.hpp"
 
 HWY_BEFORE_NAMESPACE();
@@ -222,6 +223,40 @@ class LanesApart {
 #endif
 };
 
+#if HWY_TARGET == HWY_AVX2
+// base[index], with a load for each lane.
+template <class T>
+HWY_INLINE __m128i load_lanes(const T* base, __m128i index) {
+  static_assert(sizeof(T) == sizeof(int32_t));
+  const auto word_at = [base](uint64_t i) HWY_ATTR {
+    int32_t word;
+    std::memcpy(&word, base + i, sizeof(word));
+    return word;
+  };
+  const auto low = uint64_t(_mm_cvtsi128_si64(index)), high = uint64_t(_mm_extract_epi64(index, 1));
+  __m128i words = _mm_cvtsi32_si128(word_at(low & 0xffffffff));
+  words = _mm_insert_epi32(words, word_at(low >> 32), 1);
+  words = _mm_insert_epi32(words, word_at(high & 0xffffffff), 2);
+  return _mm_insert_epi32(words, word_at(high >> 32), 3);
+}
+template <class T>
+HWY_INLINE __m256i load_lanes(const T* base, __m256i index) {
+  const __m128i low = load_lanes(base, _mm256_castsi256_si128(index));
+  const __m128i high = load_lanes(base, _mm256_extracti128_si256(index, 1));
+  return _mm256_inserti128_si256(_mm256_castsi128_si256(low), high, 1);
+}
+#endif
+
+/// base[index]; no index is negative. On AMD's processors AVX2's gather takes longer than a load for each lane; with AVX-512, which
+/// has more lanes, to choose costs more than loads gain (docs/results/cpu-kernels.md, "Gathers").
+template <class D, class T, class V>
+HWY_INLINE hn::Vec<D> gather(D d, const T* base, V index) {
+#if HWY_TARGET == HWY_AVX2
+  if (kSlowGathers) return hn::BitCast(d, hn::Vec<hn::RebindToSigned<D>>{load_lanes(base, index.raw)});
+#endif
+  return hn::GatherIndex(d, base, index);
+}
+
 /// table[index]; the table is aligned and has kSize entries.
 template <uint32_t kSize, class Tag, class T>
 HWY_INLINE hn::Vec<Tag> look_up(Tag d, const T* table, hn::Vec<Ints> index) {
@@ -247,7 +282,7 @@ HWY_INLINE hn::Vec<Tag> look_up(Tag d, const T* table, hn::Vec<Ints> index) {
     const auto high = hn::TableLookupLanes(hn::Load(d, table + kLanes), indices);
     return hn::IfThenElse(hn::RebindMask(d, hn::Lt(index, half)), low, high);
   } else {
-    return hn::GatherIndex(d, table, index);
+    return gather(d, table, index);
   }
 #endif
 }

@@ -394,14 +394,13 @@ HWY_INLINE void take_open(const SegmentField& field, const SegmentBatch& batch, 
   // Lanes beyond the last ray: an interval without length, anywhere in the grid.
   const auto info = if_present(hn::Load(di, log.end_info + k));
   const auto ray = hn::ShiftRight<kRayShift>(info);
-  const auto flags = hn::GatherIndex(di, log.flags, ray);
+  const auto flags = gather(di, log.flags, ray);
   const auto intervals = if_present(hn::Load(di, open.cells + k)),
              first = if_present(hn::Load(di, open.first + k));
 
   const auto scale = hn::Set(d, field.cells_per_unit);
   for (uint32_t a = 0; a < 3; ++a) {
-    const auto origin = hn::GatherIndex(d, batch.origin[a], ray),
-               direction = hn::GatherIndex(d, batch.direction[a], ray);
+    const auto origin = gather(d, batch.origin[a], ray), direction = gather(d, batch.direction[a], ray);
     const auto flat = hn::RebindMask(d, hn::TestBit(flags, hn::Set(di, kFlatAxis << a)));
     const auto from = hn::Mul(hn::Sub(origin, hn::Set(d, field.origin[a])), scale);
     hn::Store(hn::IfThenElseZero(present, from), d, rays.origin[a]);
@@ -415,11 +414,11 @@ HWY_INLINE void take_open(const SegmentField& field, const SegmentBatch& batch, 
     const auto in_use = hn::RebindMask(d, in_use_int);
     if (r > 0 && hn::AllFalse(d, in_use)) break;
     const auto number = hn::IfThenElseZero(in_use_int, hn::Add(first, hn::Set(di, int32_t(r))));
-    const auto begin = hn::IfThenElseZero(in_use, hn::GatherIndex(d, open.begin, number));
-    const auto end = hn::IfThenElseZero(in_use, hn::GatherIndex(d, open.end, number));
+    const auto begin = hn::IfThenElseZero(in_use, gather(d, open.begin, number));
+    const auto end = hn::IfThenElseZero(in_use, gather(d, open.end, number));
     hn::Store(begin, d, rays.begin[r]);
     hn::Store(end, d, rays.end[r]);
-    hn::Store(hn::IfThenElseZero(in_use_int, hn::GatherIndex(di, open.heights, number)), di, rays.heights[r]);
+    hn::Store(hn::IfThenElseZero(in_use_int, gather(di, open.heights, number)), di, rays.heights[r]);
     open_t = hn::Add(open_t, hn::Sub(end, begin));
     last_end = hn::IfThenElse(in_use, end, last_end);
   }
@@ -430,10 +429,10 @@ HWY_INLINE void take_open(const SegmentField& field, const SegmentBatch& batch, 
     return hn::IfThenElseZero(condition, hn::Set(di, value));
   };
   const auto has = [&](hn::Vec<Ints> bits, int32_t bit) { return hn::TestBit(bits, hn::Set(di, bit)); };
-  const auto first_begin = hn::Load(d, rays.begin[0]), enter = hn::GatherIndex(d, log.enter, ray);
+  const auto first_begin = hn::Load(d, rays.begin[0]), enter = gather(d, log.enter, ray);
   const auto starts = hn::AndNot(has(flags, kEntersGrid), hn::RebindMask(di, hn::Eq(first_begin, enter)));
-  const auto ends = hn::AndNot(has(flags, kLeavesGrid),
-                               hn::RebindMask(di, hn::Eq(last_end, hn::GatherIndex(d, log.leave, ray))));
+  const auto ends =
+      hn::AndNot(has(flags, kLeavesGrid), hn::RebindMask(di, hn::Eq(last_end, gather(d, log.leave, ray))));
   const auto outside = has(info, int32_t(kSeenOutside) << kSeenShift),
              inside = has(info, int32_t(kSeenInside) << kSeenShift);
   hn::Store(hn::Or(hn::Or(when(outside, 127), when(inside, 127 << 8)),

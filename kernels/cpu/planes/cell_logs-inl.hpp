@@ -152,7 +152,7 @@ struct IntervalLog : EndedRays {
     for (uint32_t i = 0; i < entries; i += kLanes) {
       const auto number = hn::ShiftRight<kRayShift>(hn::Load(di, cells.info + i));
       const auto present = hn::RebindMask(di, hn::FirstN(d, entries - i));
-      const auto ranks = hn::GatherIndex(di, rank, hn::IfThenElseZero(present, number));
+      const auto ranks = gather(di, rank, hn::IfThenElseZero(present, number));
       const uint32_t lanes = bits_of(hn::And(present, hn::Gt(ranks, hn::Set(di, -1))));
       if (lanes == 0) continue;
       const SlabIntervals intervals = cells.intervals(i);

@@ -65,8 +65,7 @@ class LaneGrid {
       number = hn::MulAdd(brick, look_up<8>(d, strides_[a], octant), number);
     }
     // Lanes that are done may have left the grid.
-    const auto word =
-        hn::GatherIndex(di, top_, hn::IfThenElseZero(hn::RebindMask(di, lanes), to_ints(number)));
+    const auto word = gather(di, top_, hn::IfThenElseZero(hn::RebindMask(di, lanes), to_ints(number)));
     if (!kWithBricks || brick_levels_ == 0) return word;
     auto place = look_up<8>(di, flip_, octant);
     const auto in_brick = hn::Set(di, int32_t((1u << brick_levels_) - 1));
@@ -76,7 +75,7 @@ class LaneGrid {
     }
     const auto mixed = is_kind(word, kLink);
     const auto first = hn::BitCast(di, hn::ShiftRight<4>(hn::BitCast(Words(), word)));
-    const auto of_voxel = hn::GatherIndex(di, voxels_, hn::IfThenElseZero(mixed, hn::Add(first, place)));
+    const auto of_voxel = gather(di, voxels_, hn::IfThenElseZero(mixed, hn::Add(first, place)));
     return hn::IfThenElse(mixed, of_voxel, word);
   }
 
@@ -96,7 +95,7 @@ class LaneGrid {
     const auto before = count_bits_of_byte(hn::And(mask, hn::Sub(bit, hn::Set(di, 1))));
     const auto first = hn::BitCast(di, hn::ShiftRight<12>(hn::BitCast(Words(), from)));
     const auto index = hn::IfThenElseZero(there, hn::Add(first, before));
-    return hn::IfThenElse(there, hn::GatherIndex(di, children_, index), hn::Set(di, int32_t(kEmptyChild)));
+    return hn::IfThenElse(there, gather(di, children_, index), hn::Set(di, int32_t(kEmptyChild)));
   }
 
   /// Sizes of the cubes that words stand for: `size`, except for bricks.

@@ -153,7 +153,7 @@ NIF_OF_STREAMS uint32_t find_entries(const RayStream& stream, const WorldBox& bo
 struct Gathered {
   hn::Vec<Ints> at;
   NIF_OF_STREAMS hn::Vec<Floats> operator()(const float* column) const {
-    return hn::GatherIndex(Floats(), column, at);
+    return gather(Floats(), column, at);
   }
 };
 /// Consecutive ones.
@@ -282,7 +282,7 @@ void join_hits(RayStream& stream, const WorldBox& box, const StreamHits& added, 
     const uint32_t present = added.local.count - k < kLanes ? (1u << (added.local.count - k)) - 1 : kAllLanes;
     const auto in_range = mask_of(present);
     const Gathered column{hn::IfThenElseZero(hn::RebindMask(di, in_range), words_at(added.entries, k))};
-    const auto ray = hn::GatherIndex(di, reinterpret_cast<const int32_t*>(stream.ray), column.at);
+    const auto ray = gather(di, reinterpret_cast<const int32_t*>(stream.ray), column.at);
     auto t = hn::Load(d, met.t + k), low = hn::Load(d, met.low + k), high = hn::Load(d, met.high + k);
     // forget_proof()
     auto certain = mask_of(proves ? present : 0);
@@ -302,7 +302,7 @@ void join_hits(RayStream& stream, const WorldBox& box, const StreamHits& added, 
     // SceneHit::add()
     const Gathered of_batch{ray};
     const auto other = of_batch(hits.t);
-    const auto in = hn::GatherIndex(di, reinterpret_cast<const int32_t*>(instances), ray);
+    const auto in = gather(di, reinterpret_cast<const int32_t*>(instances), ray);
     // kNoInstance is the greatest as an unsigned number; numbers of instances are less than 2^31.
     const auto earlier =
         hn::RebindMask(d, hn::Or(hn::Lt(in, hn::Zero(di)), hn::Gt(in, hn::Set(di, int32_t(added.number)))));

@@ -135,7 +135,7 @@ HWY_NOINLINE inline void test_candidates(const SegmentBatch& batch, const HitCan
   const uint32_t first_ray = candidates.rays[first];
   hits.in_order = hn::AllTrue(di, hn::Eq(ray, hn::Iota(di, int32_t(first_ray))));
   const auto of_batch = [&](const float* column) HWY_ATTR {
-    return hits.in_order ? hn::LoadU(df, column + first_ray) : hn::GatherIndex(df, column, ray);
+    return hits.in_order ? hn::LoadU(df, column + first_ray) : gather(df, column, ray);
   };
   // As in prepare_for_triangles().
   const auto axis_z = words(candidates.axes), zero = hn::Zero(di), one = hn::Set(di, 1), two = hn::Set(di, 2);
@@ -155,8 +155,8 @@ HWY_NOINLINE inline void test_candidates(const SegmentBatch& batch, const HitCan
       along = hn::LoadU(df, batch.direction[row] + first_ray);
     } else {
       const auto at = hn::Add(hn::Mul(axis[i], hn::Set(di, int32_t(kBatchRoom))), ray);
-      start = hn::GatherIndex(df, batch.origin[0], at);
-      along = hn::GatherIndex(df, batch.direction[0], at);
+      start = gather(df, batch.origin[0], at);
+      along = gather(df, batch.direction[0], at);
     }
     far = hn::Max(hn::Abs(start), far);
     origin[i] = wide(start);
