@@ -109,13 +109,24 @@ NIF_COMPUTES void write_hits(const NifSceneObject& scene, const NifHits& hits, u
   write_each(hits.hit, first, count, [&](uint32_t i) { return uint8_t(found.t[i] < kNoHit); });
   write_each(hits.certain, first, count,
              [&](uint32_t i) { return uint8_t(found.high[i] < kNoHit || found.low[i] == kNoHit); });
-  write_each(hits.triangle, first, count, [&](uint32_t i) {
-    const uint32_t instance = area.hit_instance[i];
-    return instance == kNoInstance
-               ? kernels::kNoTriangle
-               : source_triangle(scene.objects[scene.instances[instance].object].details.source_triangles,
-                                 found.triangle[i]);
-  });
+#ifndef __wasm__  // where code size matters
+  if (scene.sole != kNoInstance) {
+    // Read once: the compiler must assume that what is written changes them.
+    const kernels::SourceTriangles numbers =
+        scene.objects[scene.instances[scene.sole].object].details.source_triangles;
+    write_each(hits.triangle, first, count, [&](uint32_t i) {
+      return area.hit_instance[i] == kNoInstance ? kernels::kNoTriangle
+                                                 : source_triangle(numbers, found.triangle[i]);
+    });
+  } else
+#endif
+    write_each(hits.triangle, first, count, [&](uint32_t i) {
+      const uint32_t instance = area.hit_instance[i];
+      return instance == kNoInstance
+                 ? kernels::kNoTriangle
+                 : source_triangle(scene.objects[scene.instances[instance].object].details.source_triangles,
+                                   found.triangle[i]);
+    });
   write_each(hits.object, first, count, [&](uint32_t i) {
     const uint32_t instance = area.hit_instance[i];
     return instance == kNoInstance ? kNoInstance : scene.objects[scene.instances[instance].object].number;
