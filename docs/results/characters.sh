@@ -82,4 +82,4 @@ TOML
 } >"$out/walk.toml"
 "$nif" render "$out/walk.toml" -o "$out/pictures" --primary asset --json --quiet >"$out/walk.json"
 cp "$out/pictures/walk-asset.png" docs/results/characters.png
-python3 docs/results/characters.py "$out" "$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1)" >docs/results/characters.md
+python3 docs/results/characters.py "$out" "$(docs/results/machine.sh)" >docs/results/characters.md

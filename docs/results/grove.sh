@@ -33,7 +33,7 @@ for case in "${cases[@]}"; do
     jq -r '.bytes.parts | "parts \(.bvh.file) \(.holes.file + .alpha_maps.file) \(.decoded_triangles.resident) \(.alpha_maps.resident)"'
 done >"$out/all.txt"
 
-LC_ALL=C awk -v machine="$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1)" -v rounds="$rounds" -v width="$width" \
+LC_ALL=C awk -v machine="$(docs/results/machine.sh)" -v rounds="$rounds" -v width="$width" \
   -v samples="$samples" '
   function best(a, b) { return a < b ? a : b }
   function kb(bytes) { return sprintf("%d", bytes / 1000 + 0.5) }

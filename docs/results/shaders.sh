@@ -104,7 +104,7 @@ read -r compared lost short <<<"$(tail -n 1 <<<"$table")"
   cat <<PAGE
 # Speed of shaders
 
-Made by \`docs/results/shaders.sh\`; do not edit by hand. Machine: $(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1), $(nproc) threads, by Mesa's
+Made by \`docs/results/shaders.sh\`; do not edit by hand. Machine: $(docs/results/machine.sh), $(nproc) threads, by Mesa's
 lavapipe, with the texts of commit $(git rev-parse --short HEAD). When it began, the load average was $load. Speeds are of the processor's time, so that other programs matter less, but
 compare only rows of one scene and set.
 
