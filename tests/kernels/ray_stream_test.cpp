@@ -67,11 +67,12 @@ class RayStreams : public testing::TestWithParam<Isa> {
   void SetUp() override {
     if (!kernels::cpu::available(GetParam())) GTEST_SKIP() << "this machine does not have it";
   }
-  /// Draws rays, and starts the stream with them. Checks which are in it.
-  void start(Random& random, uint32_t count, bool masked) {
+  /// Draws rays, and starts the stream with them. Checks which are in it. `all`: none of them meets no box.
+  void start(Random& random, uint32_t count, bool masked, bool all = false) {
     batch_->count = count;
     for (uint32_t i = 0; i < count; ++i) {
-      set_segment(*batch_, i, random_ray(random));
+      set_segment(*batch_, i,
+                  all ? Segment{{0, float(i), 1}, {1, 0.5f, 2}, 0, kInfinity} : random_ray(random));
       masks_[i] = masked ? random.below(16) : ~0u;
     }
     functions().start(*batch_, masked ? masks_ : nullptr, *stream_);
@@ -170,9 +171,11 @@ TEST_P(RayStreams, JoinHitsAsTheScalarCodeDoes) {
   const auto met = std::make_unique<kernels::HitBatch>(), hits = std::make_unique<kernels::HitBatch>();
   uint32_t instances[kernels::kBatchRoom], changed = 0, kept = 0, forgotten = 0;
   for (const uint32_t count : {1u, 15u, 17u, 100u, 1000u, kernels::kBatchRays})
-    for (int round = 0; round < 20; ++round) {
-      ASSERT_NO_FATAL_FAILURE(start(random, count, false));
-      const WorldBox box = random_box(random);
+    for (int round = 0; round < 40; ++round) {
+      // Half of the time all rays are met, so that they follow each other, as those of neighbouring pixels may.
+      const bool all = round >= 20;
+      ASSERT_NO_FATAL_FAILURE(start(random, count, false, all));
+      const WorldBox box = all ? WorldBox{{-1, -1, -1}, {1e9f, 1e9f, 1e9f}} : random_box(random);
       const float transform[12] = {2, 0.5f, 0, 1, 0, 1, -0.25f, 0, 0.125f, 0, 1, -3};
       const float remainder[3] = {0x1p-30f, 0, 0};
       kernels::PlacedInstance instance{};
@@ -184,6 +187,7 @@ TEST_P(RayStreams, JoinHitsAsTheScalarCodeDoes) {
       instance.well_conditioned = round % 5 != 0;
       functions().meet(*stream_, {box, instance.identity ? nullptr : &instance.to_object, ~0u}, *local_,
                        entries_);
+      ASSERT_TRUE(!all || local_->count == count);
       const uint32_t number = random.below(3) == 0 ? 0x7ffffffeu : random.below(5);
       const float reach_scale = round % 4 == 0 ? 1e4f : 1.0f;
       std::vector<kernels::SceneHit> expected(count);

@@ -2,6 +2,8 @@
 // space, and keeps the rays together. Compiled once for each Highway target.
 #include "kernels/cpu/top_level/ray_stream.hpp"
 
+#include <type_traits>
+
 #include "kernels/cpu/targets.hpp"
 
 #undef HWY_TARGET_INCLUDE
@@ -278,11 +280,9 @@ void join_hits(RayStream& stream, const WorldBox& box, const StreamHits& added, 
   const auto none = hn::Set(d, kNoHit);
   const bool proves =
       !added.instance.unproven && (added.instance.identity || added.instance.well_conditioned);
-  for (uint32_t k = 0; k < added.local.count; k += kLanes) {
-    const uint32_t present = added.local.count - k < kLanes ? (1u << (added.local.count - k)) - 1 : kAllLanes;
-    const auto in_range = mask_of(present);
-    const Gathered column{hn::IfThenElseZero(hn::RebindMask(di, in_range), words_at(added.entries, k))};
-    const auto ray = gather(di, reinterpret_cast<const int32_t*>(stream.ray), column.at);
+  // Joins ray k in object space and those after it in a vector, `present`. `column` reads their entries of the stream, `of_batch` those
+  // of the batch.
+  const auto join = [&](uint32_t k, uint32_t present, const auto& column, const auto& of_batch) HWY_ATTR {
     auto t = hn::Load(d, met.t + k), low = hn::Load(d, met.low + k), high = hn::Load(d, met.high + k);
     // forget_proof()
     auto certain = mask_of(proves ? present : 0);
@@ -292,7 +292,7 @@ void join_hits(RayStream& stream, const WorldBox& box, const StreamHits& added, 
     high = hn::IfThenElse(certain, high, none);
 #if HWY_TARGET != HWY_WASM
     // Certain misses change nothing.
-    if ((bits_of(hn::Eq(low, none)) & present) == present) continue;
+    if ((bits_of(hn::Eq(low, none)) & present) == present) return;
 #endif
     // begin_in_box()
     const auto enter = pass_box(stream, box, column).enter;
@@ -300,40 +300,79 @@ void join_hits(RayStream& stream, const WorldBox& box, const StreamHits& added, 
     low = hn::IfThenElse(begins, max_of(low, enter), low);
     t = hn::IfThenElse(hn::And(begins, hn::Lt(t, none)), max_of(t, enter), t);
     // SceneHit::add()
-    const Gathered of_batch{ray};
     const auto other = of_batch(hits.t);
-    const auto in = gather(di, reinterpret_cast<const int32_t*>(instances), ray);
+    const auto in = ints(of_batch(reinterpret_cast<const float*>(instances)));
     // kNoInstance is the greatest as an unsigned number; numbers of instances are less than 2^31.
     const auto earlier =
         hn::RebindMask(d, hn::Or(hn::Lt(in, hn::Zero(di)), hn::Gt(in, hn::Set(di, int32_t(added.number)))));
     const auto nearer =
         hn::Or(hn::Lt(t, other), hn::And(hn::Eq(t, other), hn::And(earlier, hn::Lt(t, none))));
-    alignas(64) float ts[kLanes], lows[kLanes], highs[kLanes];
-    alignas(64) uint32_t rays[kLanes];
-    hn::Store(t, d, ts);
     const auto low_before = of_batch(hits.low), high_before = of_batch(hits.high);
     low = hn::Add(min_of(low, low_before), hn::Zero(d));
     high = hn::Add(min_of(high, high_before), hn::Zero(d));
-    hn::Store(low, d, lows);
-    hn::Store(high, d, highs);
-    put_words(ray, rays, 0);
     const auto changed = hn::Or(hn::Lt(low, low_before), hn::Lt(high, high_before));
-    for (uint32_t lanes = bits_of(changed) & present; lanes != 0; lanes &= lanes - 1) {
-      const uint32_t lane = lowest_bit(lanes), entry = added.entries[k + lane];
-      hits.low[rays[lane]] = lows[lane];
-      hits.high[rays[lane]] = highs[lane];
-      stream.tmax[entry] = kernels::min_of(highs[lane], stream.tmax[entry]);
-      stream.dropped += uint32_t(!(stream.tmin[entry] <= stream.tmax[entry]));
+    if constexpr (std::is_same_v<decltype(of_batch), const Consecutive&>) {
+      const auto put = [&](uint32_t lanes, hn::Vec<Floats> v, float* to) HWY_ATTR {
+        hn::StoreU(hn::IfThenElse(mask_of(lanes), v, hn::LoadU(d, to)), d, to);
+      };
+      const uint32_t i = of_batch.at, entry = column.at;
+      const uint32_t changes = bits_of(changed) & present, replaced = bits_of(nearer) & present;
+      if (changes != 0) {
+        put(changes, low, hits.low + i);
+        put(changes, high, hits.high + i);
+        const auto end = min_of(high, column(stream.tmax));
+        put(changes, end, stream.tmax + entry);
+        const uint32_t stay = bits_of(hn::Le(column(stream.tmin), end));
+        stream.dropped += uint32_t(__builtin_popcount(changes & ~stay));
+      }
+      if (replaced == 0) return;
+      put(replaced, t, hits.t + i);
+      for (uint32_t a = 0; a < 3; ++a) put(replaced, hn::Load(d, met.normal[a] + k), hits.normal[a] + i);
+      put(replaced, hn::Load(d, met.u + k), hits.u + i);
+      put(replaced, hn::Load(d, met.v + k), hits.v + i);
+      const auto put_number = [&](hn::Vec<Ints> v, uint32_t* to) HWY_ATTR {
+        put_words(hn::IfThenElse(hn::RebindMask(di, mask_of(replaced)), v, words_at(to, 0)), to, 0);
+      };
+      put_number(words_at(met.triangle, k), hits.triangle + i);
+      put_number(hn::Set(di, int32_t(added.number)), instances + i);
+    } else {
+      alignas(64) float ts[kLanes], lows[kLanes], highs[kLanes];
+      alignas(64) uint32_t rays[kLanes];
+      hn::Store(t, d, ts);
+      hn::Store(low, d, lows);
+      hn::Store(high, d, highs);
+      put_words(of_batch.at, rays, 0);
+      for (uint32_t lanes = bits_of(changed) & present; lanes != 0; lanes &= lanes - 1) {
+        const uint32_t lane = lowest_bit(lanes), entry = added.entries[k + lane];
+        hits.low[rays[lane]] = lows[lane];
+        hits.high[rays[lane]] = highs[lane];
+        stream.tmax[entry] = kernels::min_of(highs[lane], stream.tmax[entry]);
+        stream.dropped += uint32_t(!(stream.tmin[entry] <= stream.tmax[entry]));
+      }
+      for (uint32_t lanes = bits_of(nearer) & present; lanes != 0; lanes &= lanes - 1) {
+        const uint32_t lane = lowest_bit(lanes), i = rays[lane];
+        hits.t[i] = ts[lane];
+        for (uint32_t a = 0; a < 3; ++a) hits.normal[a][i] = met.normal[a][k + lane];
+        hits.triangle[i] = met.triangle[k + lane];
+        hits.u[i] = met.u[k + lane];
+        hits.v[i] = met.v[k + lane];
+        instances[i] = added.number;
+      }
     }
-    for (uint32_t lanes = bits_of(nearer) & present; lanes != 0; lanes &= lanes - 1) {
-      const uint32_t lane = lowest_bit(lanes), i = rays[lane];
-      hits.t[i] = ts[lane];
-      for (uint32_t a = 0; a < 3; ++a) hits.normal[a][i] = met.normal[a][k + lane];
-      hits.triangle[i] = met.triangle[k + lane];
-      hits.u[i] = met.u[k + lane];
-      hits.v[i] = met.v[k + lane];
-      instances[i] = added.number;
+  };
+  for (uint32_t k = 0; k < added.local.count; k += kLanes) {
+    const uint32_t left = added.local.count - k, present = bits_of(hn::FirstN(d, left));
+#if HWY_TARGET != HWY_WASM
+    // As those of neighbouring pixels.
+    const uint32_t others = (left < kLanes ? left : kLanes) - 1;
+    const uint32_t first = added.entries[k], last = added.entries[k + others];
+    if (stream.ray[last] - stream.ray[first] == others) {
+      join(k, present, Consecutive{first}, Consecutive{stream.ray[first]});
+      continue;
     }
+#endif
+    const Gathered column{hn::IfThenElseZero(hn::FirstN(di, left), words_at(added.entries, k))};
+    join(k, present, column, Gathered{ints(column(reinterpret_cast<const float*>(stream.ray)))});
   }
 }
 

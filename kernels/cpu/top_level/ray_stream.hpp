@@ -45,7 +45,7 @@ struct StreamInstance {
 
 /// First hits with the object of an instance, of rays that a stream brought to object space.
 struct StreamHits {
-  const uint32_t* entries;    ///< [met.count] the rays' numbers in the stream
+  const uint32_t* entries;  ///< [met.count] the rays' numbers in the stream, ascending, as meet() gives them
   const SegmentBatch& local;  ///< the rays in object space
   const HitBatch& met;        ///< their hits there
   const PlacedInstance& instance;
