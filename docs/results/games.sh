@@ -57,7 +57,7 @@ done >>"$out/all.json"
     "the table says `--no-merge`, then `nif bench SCENE --asset scene.nif -j 1 --rays \($rays)`, and the same with",
     "`--hits`: speed as a multiple of that of Embree'"'"'s fastest build and call ([benchmark.md](../benchmark.md)). All answers are",
     "exact. Below 1, Embree is faster. Bytes in memory are those of all that a query needs, Embree'"'"'s of its default and of its",
-    "compact build. [city.md](city.md) has more of the city. A picture of `camera` has \($rays | tonumber / 4 | sqrt | floor) pixels across; of `screen`, which is `camera` with 20",
+    "compact build. [city.md](city.md) has more of the city. A picture of `camera` has some \($rays | tonumber / 4 | sqrt | floor) pixels across; of `screen`, which is `camera` with 20",
     "times the rays, \($rays | tonumber * 5 | sqrt | floor).", "",
     "| scene | objects | instances | triangles | file, kB | memory, kB | Embree, kB | compact, kB | | outer-lines | inner-surface | sun | camera | screen |",
     "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | --- | ---: | ---: | ---: | ---: | ---: |",
