@@ -142,11 +142,11 @@ class AnyTriangle {
   HWY_INLINE void begin(Flight<AnyTriangle>& flight) const {
     flight.state.prepare(flight.tree->field, batch_, flight.number, flight.ray.exit[3]);
   }
-  /// Rays that meet a large triangle are finished.
-  HWY_NOINLINE FirstLook look_at_large(const BvhTree& tree, const SeenRays& rays, const BoxRays& boxes,
-                                       LargeHits&) const {
-    uint32_t met = large_in_boxes(tree.decoded, rays, boxes), blocked = 0;
-    if (met == 0) return {};
+  HWY_INLINE void look_at_none(LargeHits&) const {}
+  /// Looks at the large triangles `met`, as bits. Rays that meet one are finished.
+  HWY_NOINLINE FirstLook look_at_large(const BvhTree& tree, uint32_t met, const SeenRays& rays,
+                                       const BoxRays&, LargeHits&) const {
+    uint32_t blocked = 0;
     const LargeOrder order(rays.axis);
     for (; met != 0 && blocked != rays.asked; met &= met - 1) {
       const uint32_t i = lowest_bit(met);
@@ -269,17 +269,17 @@ class FirstTriangle {
     flight.state.clear();
     flight.state.prepare(flight.tree->field, batch_, flight.number, flight.ray.exit[3]);
   }
-  /// Rays need not go farther than the first large triangle that they surely meet.
-  HWY_NOINLINE FirstLook look_at_large(const BvhTree& tree, const SeenRays& rays, BoxRays& boxes,
-                                       LargeHits& hits) const {
+  HWY_INLINE void look_at_none(LargeHits& hits) const {
+    hn::Store(hn::Set(Floats(), kNoHit), Floats(), hits.bound);
+    hn::Store(hn::Zero(Ints()), Ints(), hits.open);
+  }
+  /// Looks at the large triangles `met`, as bits. Rays need not go farther than the first that they surely meet.
+  HWY_NOINLINE FirstLook look_at_large(const BvhTree& tree, uint32_t met, const SeenRays& rays,
+                                       BoxRays& boxes, LargeHits& hits) const {
     const Floats d;
     const Ints di;
-    const uint32_t met = large_in_boxes(tree.decoded, rays, boxes);
     const auto never = hn::Set(d, std::numeric_limits<float>::infinity());
     auto bound = hn::Set(d, kNoHit);
-    hn::Store(bound, d, hits.bound);
-    hn::Store(hn::Zero(di), di, hits.open);
-    if (met == 0) return {};
     const LargeOrder order(rays.axis);
     for (uint32_t left = met; left != 0; left &= left - 1) {
       const uint32_t i = lowest_bit(left);
@@ -576,9 +576,15 @@ class Traversal {
   struct LargeFirst {
     const Traversal& traversal;
     HWY_INLINE const BvhTree& tree() const { return *traversal.parts_->tree; }
-    HWY_INLINE bool has_any() const { return !tree().decoded.large.empty(); }
-    HWY_INLINE FirstLook operator()(const SeenRays& rays, BoxRays& boxes) const {
-      return traversal.goal_.look_at_large(tree(), rays, boxes, traversal.large_);
+    /// Asked before rays are put together as triangles see them, which takes long: many rays meet none of these boxes.
+    HWY_INLINE uint32_t some_met(const BoxRays& boxes, uint32_t asked) const {
+      if (HWY_LIKELY(tree().decoded.large.empty())) return 0;
+      const uint32_t met = large_in_boxes(tree().decoded, boxes, asked);
+      if (met == 0) traversal.goal_.look_at_none(traversal.large_);
+      return met;
+    }
+    HWY_INLINE FirstLook operator()(uint32_t met, const SeenRays& rays, BoxRays& boxes) const {
+      return traversal.goal_.look_at_large(tree(), met, rays, boxes, traversal.large_);
     }
   };
 

@@ -56,12 +56,12 @@ class LargeOrder {
   hn::Vec<Ints> order_[3];
 };
 
-/// The large triangles in whose boxes any ray may meet something, as bits.
-HWY_INLINE uint32_t large_in_boxes(const DecodedTree& tree, const SeenRays& rays, const BoxRays& boxes) {
+/// The large triangles in whose boxes any of the rays `asked`, as bits, may meet something; as bits.
+HWY_INLINE uint32_t large_in_boxes(const DecodedTree& tree, const BoxRays& boxes, uint32_t asked) {
   uint32_t met = 0;
   for (const LargeBox& box : tree.large_boxes) {
     if (box.triangles == 0) break;
-    if ((bits_of(boxes.meet(box.low, box.high)) & rays.asked) != 0) met |= box.triangles;
+    if ((bits_of(boxes.meet(box.low, box.high)) & asked) != 0) met |= box.triangles;
   }
   return met;
 }

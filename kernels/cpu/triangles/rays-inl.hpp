@@ -108,8 +108,8 @@ struct FirstLook {
   uint32_t started = 0;   ///< rays that have met something and must be traversed, whatever the root says
 };
 struct NothingFirst {
-  HWY_INLINE bool has_any() const { return false; }
-  HWY_INLINE FirstLook operator()(const SeenRays&, BoxRays&) const { return {}; }
+  HWY_INLINE uint32_t some_met(const BoxRays&, uint32_t) const { return 0; }
+  HWY_INLINE FirstLook operator()(uint32_t, const SeenRays&, BoxRays&) const { return {}; }
 };
 
 /// The rays of a vector, with those from far away moved to the object. The others do not change.
@@ -158,7 +158,8 @@ HWY_NOINLINE inline bool take_vector(const TreePart*& parts, uint32_t count, uin
 
 /// Prepares the batch's rays from `first` to before `end`, at most a vector of them, and answers them as if they met
 /// nothing. Boxes count from `from` to `to`, where t counts from start_of() the ray; triangles from the ray's tmin to tmax.
-/// Look: look(rays, boxes) looks at triangles outside the tree, if it has_any(), and may lower `boxes.leave`.
+/// Look: look.some_met(boxes, asked) says whose boxes rays meet of the triangles outside the tree, as bits; look(those, rays, boxes) looks
+/// at them, and may lower `boxes.leave`.
 template <class Node, class Look>
 HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const float* from, const float* to,
                            uint32_t first, uint32_t end, AnswerBatch& answers, ReadyRays& ready,
@@ -217,8 +218,6 @@ HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const
   const auto padding = hn::Mul(reach, hn::Set(d, kBvhPadding));
   const auto flattest = hn::Mul(steepest, hn::Set(d, kBvhFlattest));
   BoxRays boxes;
-  hn::Vec<Floats> entry[3], exit[3];
-  auto signs = hn::Zero(di);
   for (uint32_t a = 0; a < 3; ++a) {
     direction[a] = hn::Mul(direction[a], scale_down);
     const auto negative = boxes.backwards[a] = hn::Lt(direction[a], zero);
@@ -227,11 +226,6 @@ HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const
     const auto outward = hn::IfThenElse(negative, hn::Neg(padding), padding);
     boxes.near[a] = hn::Neg(hn::Mul(hn::Add(origin[a], outward), inverse));
     boxes.far[a] = hn::Neg(hn::Mul(hn::Sub(origin[a], outward), inverse));
-    const auto low = floats(hn::Set(di, int32_t(offsetof(Node, low) + a * sizeof(Node::low[a]))));
-    const auto high = floats(hn::Set(di, int32_t(offsetof(Node, high) + a * sizeof(Node::high[a]))));
-    signs = hn::Or(signs, hn::IfThenElseZero(hn::RebindMask(di, negative), hn::Set(di, 1 << a)));
-    entry[a] = hn::IfThenElse(negative, high, low);
-    exit[a] = hn::IfThenElse(negative, low, high);
   }
   const auto farthest = hn::Div(hn::Mul(reach, hn::Set(d, 4.0f)), steepest);
   const auto clamp = [&](hn::Vec<Floats> t) HWY_ATTR {
@@ -239,6 +233,21 @@ HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const
   };
   boxes.enter = clamp(hn::LoadU(d, from + first));
   boxes.leave = clamp(hn::LoadU(d, to + first));
+
+  // The boxes of the root, for all rays at once: many rays need no more, and are not prepared any further.
+  const uint32_t asked = bits_of(askable) & present, large = look.some_met(boxes, asked);
+  auto met = hn::Zero(di);
+  const auto meet_root = [&]() HWY_ATTR {
+    for (uint32_t used = tree.inner | tree.leaves, s = 0; used >> s != 0; ++s) {
+      const auto meets = hn::RebindMask(di, boxes.meet(tree.low[s], tree.high[s]));
+      met = hn::Or(met, hn::IfThenElseZero(meets, hn::Set(di, int32_t(1u << s))));
+    }
+    return bits_of(hn::Ne(met, hn::Zero(di))) & asked;
+  };
+  if (HWY_LIKELY(large == 0)) {
+    ready.traversed = meet_root();
+    if (ready.traversed == 0) return;
+  }
 
   // prepare_ray() chooses the axes of triangles the same way.
   const auto second = hn::Gt(hn::Abs(direction[1]), hn::Abs(direction[0]));
@@ -259,11 +268,8 @@ HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const
   const auto backward = hn::Lt(length, zero);
   const auto begin = hn::IfThenElse(backward, hn::Neg(high), low);
   const auto last = hn::IfThenElse(backward, hn::Neg(low), high);
-
-  const uint32_t asked = bits_of(askable) & present;
   const hn::Vec<Floats> in_order[3] = {choose(origin, 1), choose(origin, 2), choose(origin, 0)};
-  FirstLook looked;
-  if (HWY_UNLIKELY(look.has_any())) {
+  if (HWY_UNLIKELY(large != 0)) {
     const SeenRays seen{first,
                         asked,
                         axis,
@@ -276,21 +282,22 @@ HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const
                         steepest,
                         backward};
     BoxRays copy = boxes;  // so that the others stay in registers
-    looked = look(seen, copy);
+    const FirstLook looked = look(large, seen, copy);
     boxes.leave = copy.leave;
-  }
-
-  // The boxes of the root, for all rays at once: many rays need no more.
-  auto met = hn::Zero(di);
-  for (uint32_t used = tree.inner | tree.leaves, s = 0; used >> s != 0; ++s) {
-    const auto meets = hn::RebindMask(di, boxes.meet(tree.low[s], tree.high[s]));
-    met = hn::Or(met, hn::IfThenElseZero(meets, hn::Set(di, int32_t(1u << s))));
+    ready.traversed = (meet_root() & ~looked.finished) | (looked.started & asked);
+    if (ready.traversed == 0) return;
   }
   hn::Store(met, di, ready.met);
-  const auto some = hn::RebindMask(d, hn::Ne(met, hn::Zero(di)));
-  ready.traversed = ((bits_of(some) & ~looked.finished) | looked.started) & asked;
-  if (ready.traversed == 0) return;
 
+  hn::Vec<Floats> entry[3], exit[3];
+  auto signs = hn::Zero(di);
+  for (uint32_t a = 0; a < 3; ++a) {
+    const auto first_plane = floats(hn::Set(di, int32_t(offsetof(Node, low) + a * sizeof(Node::low[a]))));
+    const auto last_plane = floats(hn::Set(di, int32_t(offsetof(Node, high) + a * sizeof(Node::high[a]))));
+    signs = hn::Or(signs, hn::IfThenElseZero(hn::RebindMask(di, boxes.backwards[a]), hn::Set(di, 1 << a)));
+    entry[a] = hn::IfThenElse(boxes.backwards[a], last_plane, first_plane);
+    exit[a] = hn::IfThenElse(boxes.backwards[a], first_plane, last_plane);
+  }
   const auto store =
       [&](uint32_t group, hn::Vec<Floats> x, hn::Vec<Floats> y, hn::Vec<Floats> z, hn::Vec<Floats> w)
           HWY_ATTR { hn::StoreInterleaved4(x, y, z, w, d, ready.groups[group][0]); };
