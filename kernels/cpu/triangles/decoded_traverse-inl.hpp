@@ -144,8 +144,7 @@ class AnyTriangle {
   }
   HWY_INLINE void look_at_none(LargeHits&) const {}
   /// Looks at the large triangles `met`, as bits. Rays that meet one are finished.
-  HWY_NOINLINE FirstLook look_at_large(const BvhTree& tree, uint32_t met, const SeenRays& rays,
-                                       const BoxRays&, LargeHits&) const {
+  HWY_NOINLINE FirstLook look_at_large(const BvhTree& tree, uint32_t met, const SeenRays& rays) const {
     uint32_t blocked = 0;
     const LargeOrder order(rays.axis);
     for (; met != 0 && blocked != rays.asked; met &= met - 1) {
@@ -275,7 +274,7 @@ class FirstTriangle {
   }
   /// Looks at the large triangles `met`, as bits. Rays need not go farther than the first that they surely meet.
   HWY_NOINLINE FirstLook look_at_large(const BvhTree& tree, uint32_t met, const SeenRays& rays,
-                                       BoxRays& boxes, LargeHits& hits) const {
+                                       hn::Vec<Floats>& leave, LargeHits& hits) const {
     const Floats d;
     const Ints di;
     const auto never = hn::Set(d, std::numeric_limits<float>::infinity());
@@ -290,7 +289,7 @@ class FirstTriangle {
     }
     hn::Store(bound, d, hits.bound);
     // Nor beyond `leave`.
-    const auto reach = hn::MulAdd(boxes.leave, rays.steepest, hn::Mul(rays.padding, hn::Set(d, 4.0f)));
+    const auto reach = hn::MulAdd(leave, rays.steepest, hn::Mul(rays.padding, hn::Set(d, 4.0f)));
     const auto last = hn::Min(bound, reach);
     auto open = hn::Zero(di);
     for (uint32_t left = met; left != 0; left &= left - 1) {
@@ -302,7 +301,7 @@ class FirstTriangle {
     // As shorten().
     const auto t = hn::Div(bound, rays.steepest);
     const auto above = hn::Max(hn::Mul(t, hn::Set(d, 1 + 0x1p-21f)), hn::Mul(t, hn::Set(d, 1 - 0x1p-21f)));
-    boxes.leave = hn::Min(hn::Add(above, hn::Set(d, std::numeric_limits<float>::min())), boxes.leave);
+    leave = hn::Min(hn::Add(above, hn::Set(d, std::numeric_limits<float>::min())), leave);
     return {.started = bits_of(hn::RebindMask(d, hn::Ne(open, hn::Zero(di))))};
   }
   /// A ray of that vector that meets nothing else.
@@ -583,8 +582,12 @@ class Traversal {
       if (met == 0) traversal.goal_.look_at_none(traversal.large_);
       return met;
     }
-    HWY_INLINE FirstLook operator()(uint32_t met, const SeenRays& rays, BoxRays& boxes) const {
-      return traversal.goal_.look_at_large(tree(), met, rays, boxes, traversal.large_);
+    HWY_INLINE FirstLook operator()(uint32_t met, const SeenRays& rays,
+                                    [[maybe_unused]] hn::Vec<Floats>& leave) const {
+      if constexpr (Goal::kNearestFirst)
+        return traversal.goal_.look_at_large(tree(), met, rays, leave, traversal.large_);
+      else
+        return traversal.goal_.look_at_large(tree(), met, rays);
     }
   };
 

@@ -109,7 +109,7 @@ struct FirstLook {
 };
 struct NothingFirst {
   HWY_INLINE uint32_t some_met(const BoxRays&, uint32_t) const { return 0; }
-  HWY_INLINE FirstLook operator()(uint32_t, const SeenRays&, BoxRays&) const { return {}; }
+  HWY_INLINE FirstLook operator()(uint32_t, const SeenRays&, hn::Vec<Floats>&) const { return {}; }
 };
 
 /// The rays of a vector, with those from far away moved to the object. The others do not change.
@@ -158,8 +158,8 @@ HWY_NOINLINE inline bool take_vector(const TreePart*& parts, uint32_t count, uin
 
 /// Prepares the batch's rays from `first` to before `end`, at most a vector of them, and answers them as if they met
 /// nothing. Boxes count from `from` to `to`, where t counts from start_of() the ray; triangles from the ray's tmin to tmax.
-/// Look: look.some_met(boxes, asked) says whose boxes rays meet of the triangles outside the tree, as bits; look(those, rays, boxes) looks
-/// at them, and may lower `boxes.leave`.
+/// Look: look.some_met(boxes, asked) says whose boxes rays meet of the triangles outside the tree, as bits; look(those, rays, leave) looks
+/// at them, and may lower `leave` of the boxes.
 template <class Node, class Look>
 HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const float* from, const float* to,
                            uint32_t first, uint32_t end, AnswerBatch& answers, ReadyRays& ready,
@@ -281,9 +281,9 @@ HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const
                         high,
                         steepest,
                         backward};
-    BoxRays copy = boxes;  // so that the others stay in registers
-    const FirstLook looked = look(large, seen, copy);
-    boxes.leave = copy.leave;
+    auto leave = boxes.leave;  // so that the others stay in registers
+    const FirstLook looked = look(large, seen, leave);
+    boxes.leave = leave;
     ready.traversed = (meet_root() & ~looked.finished) | (looked.started & asked);
     if (ready.traversed == 0) return;
   }
