@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Races scenes of games, and a generated city, against Embree, whole scenes with instances on both sides, and writes a page
-# beside this script. Takes some six minutes on two cores. Run it on an idle machine. RAYS and ROUNDS make it shorter, to try it.
+# beside this script. Takes some ten minutes on two cores. Run it on an idle machine. RAYS and ROUNDS make it shorter, to try it.
 #
 #   NIF_TEST_GAMES=FOLDER docs/results/games.sh
 #

@@ -218,6 +218,8 @@ HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const
   const auto padding = hn::Mul(reach, hn::Set(d, kBvhPadding));
   const auto flattest = hn::Mul(steepest, hn::Set(d, kBvhFlattest));
   BoxRays boxes;
+  hn::Vec<Floats> entry[3], exit[3];
+  auto signs = hn::Zero(di);
   for (uint32_t a = 0; a < 3; ++a) {
     direction[a] = hn::Mul(direction[a], scale_down);
     const auto negative = boxes.backwards[a] = hn::Lt(direction[a], zero);
@@ -226,6 +228,11 @@ HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const
     const auto outward = hn::IfThenElse(negative, hn::Neg(padding), padding);
     boxes.near[a] = hn::Neg(hn::Mul(hn::Add(origin[a], outward), inverse));
     boxes.far[a] = hn::Neg(hn::Mul(hn::Sub(origin[a], outward), inverse));
+    const auto low = floats(hn::Set(di, int32_t(offsetof(Node, low) + a * sizeof(Node::low[a]))));
+    const auto high = floats(hn::Set(di, int32_t(offsetof(Node, high) + a * sizeof(Node::high[a]))));
+    signs = hn::Or(signs, hn::IfThenElseZero(hn::RebindMask(di, negative), hn::Set(di, 1 << a)));
+    entry[a] = hn::IfThenElse(negative, high, low);
+    exit[a] = hn::IfThenElse(negative, low, high);
   }
   const auto farthest = hn::Div(hn::Mul(reach, hn::Set(d, 4.0f)), steepest);
   const auto clamp = [&](hn::Vec<Floats> t) HWY_ATTR {
@@ -289,15 +296,6 @@ HWY_INLINE void make_ready(const BvhTree& tree, const SegmentBatch& batch, const
   }
   hn::Store(met, di, ready.met);
 
-  hn::Vec<Floats> entry[3], exit[3];
-  auto signs = hn::Zero(di);
-  for (uint32_t a = 0; a < 3; ++a) {
-    const auto first_plane = floats(hn::Set(di, int32_t(offsetof(Node, low) + a * sizeof(Node::low[a]))));
-    const auto last_plane = floats(hn::Set(di, int32_t(offsetof(Node, high) + a * sizeof(Node::high[a]))));
-    signs = hn::Or(signs, hn::IfThenElseZero(hn::RebindMask(di, boxes.backwards[a]), hn::Set(di, 1 << a)));
-    entry[a] = hn::IfThenElse(boxes.backwards[a], last_plane, first_plane);
-    exit[a] = hn::IfThenElse(boxes.backwards[a], first_plane, last_plane);
-  }
   const auto store =
       [&](uint32_t group, hn::Vec<Floats> x, hn::Vec<Floats> y, hn::Vec<Floats> z, hn::Vec<Floats> w)
           HWY_ATTR { hn::StoreInterleaved4(x, y, z, w, d, ready.groups[group][0]); };
